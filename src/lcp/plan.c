@@ -13,9 +13,8 @@
 #define PERP__ROUGH_SWEEPS_SPARSE 64
 #define PERP__SWEEPS_OF_LU 512
 /* After so many sweeps the rate at which the residual falls tells whether the rest will do; where a
- * flow carries q along, it shows later. */
+ * flow carries q along, it shows after as many as rough sweeps take. */
 #define PERP__FIRST_LOOK 4
-#define PERP__FIRST_LOOK_AT_FLOW 64
 
 /* Where pivoting has failed on a dense matrix, Newton's method may take as many steps of n^3
  * operations as fit into PERP__NEWTON_WORK, and PERP__NEWTON_STEPS more. */
@@ -52,7 +51,7 @@ static int32_t add_sweeps_first(const perp_lcp_solver *solver, perp__plan_step *
     if (is_dear || (may_promise && share < 1.0 &&
                     log(0.1 * solver->settings.tol) / (2.0 * log(fmax(share, 0.1))) <
                         PERP__ROUGH_SWEEPS_SPARSE)) {
-        steps[0].leads = is_dear ? PERP__FIRST_LOOK_AT_FLOW : 0;
+        steps[0].leads = is_dear ? PERP__ROUGH_SWEEPS_SPARSE : 0;
         steps[0].iteration_limit = is_dear ? PERP__SWEEPS_OF_LU : PERP__ROUGH_SWEEPS_SPARSE;
         return 1;
     }

@@ -55,7 +55,6 @@ perp_status perp__select_answer(perp_mechanism *m, perp_mechanism_step *step,
                                 const perp__velocity_problem *problem, const perp__start *from)
 {
     perp__motion *answer = &m->answer;
-    const size_t n = (size_t)m->n;
     const perp__answer *a, *found = NULL;
     const double *near;
     double least = INFINITY;
@@ -71,13 +70,11 @@ perp_status perp__select_answer(perp_mechanism *m, perp_mechanism_step *step,
     step->exhaustive = summary.exhaustive;
     /* 1. the answer nearest to v' = 0, or to that without impulses, in the metric of M */
     for (a = m->accelerations->answers.first; a; a = a->next) {
-        const double *x = a->own;
-        double length = 0.0;
+        double *apart = m->work, length;
 
-        for (size_t i = 0; i < n; i++)
-            for (size_t k = 0; k < n; k++)
-                length += (x[i] - (near ? near[i] : 0.0)) * m->begin.M[i * n + k] *
-                          (x[k] - (near ? near[k] : 0.0));
+        for (int32_t i = 0; i < m->n; i++)
+            apart[i] = a->own[i] - (near ? near[i] : 0.0);
+        length = perp__energy_norm(m, &m->begin, apart, apart);
         if ((summary.stable > 0 && !a->stable) || !(length < least))
             continue;
         least = length;

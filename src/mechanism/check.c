@@ -17,7 +17,7 @@ typedef struct look {
     perp_mechanism_check_result result;
     double t;
     const double *q, *v;
-    double *here, *far_high, *near_high, *far_low, *near_low; /* rows: gap or c; 0 of others */
+    double *here, *at[4]; /* rows: gap or c; 0 of others; there, and at the points of a step */
     double *difference, *uncertainty; /* rows by n + 1: by each velocity, then by t */
     double *rate, *unit;              /* coordinates; n */
 } look;
@@ -27,7 +27,7 @@ static void layout(perp__arena *arena, void *object)
     look *a = object;
     const size_t rows = (size_t)a->m->rows, n = (size_t)a->m->n;
 
-    PERP__DOUBLES(arena, rows, &a->here, &a->far_high, &a->near_high, &a->far_low, &a->near_low);
+    PERP__DOUBLES(arena, rows, &a->here, &a->at[0], &a->at[1], &a->at[2], &a->at[3]);
     PERP__DOUBLES(arena, rows * (n + 1), &a->difference, &a->uncertainty);
     PERP__DOUBLES(arena, (size_t)a->m->coordinates, &a->rate);
     PERP__DOUBLES(arena, n, &a->unit);
@@ -53,7 +53,6 @@ static double largest_entry(const perp_mechanism *m, int32_t row)
  * to be compared. What is refused there is no fault of the model's here. */
 static perp_status sample(look *a, int32_t column, double step, int32_t *suffices)
 {
-    double *const to[] = {a->far_high, a->near_high, a->far_low, a->near_low};
     const double at[] = {step, 0.5 * step, -step, -0.5 * step};
     perp_mechanism *m = a->m;
     perp_status status = PERP_OK;
@@ -65,19 +64,19 @@ static perp_status sample(look *a, int32_t column, double step, int32_t *suffice
             m->moved[i] = a->q[i] + s * a->rate[i];
         status = perp__evaluate_rows(m, &m->end, a->t + dt, m->moved, a->v);
         if (status == PERP_OK)
-            collect(m, &m->end, to[k]);
+            collect(m, &m->end, a->at[k]);
     }
     *suffices = status == PERP_OK;
     for (int32_t row = 0; row < m->rows && status == PERP_OK; row++) {
         const size_t entry = (size_t)row * ((size_t)m->n + 1) + (size_t)column;
-        const double wide = (a->far_high[row] - a->far_low[row]) / (2.0 * step);
-        const double narrow = (a->near_high[row] - a->near_low[row]) / step;
+        const double wide = (a->at[0][row] - a->at[2][row]) / (2.0 * step);
+        const double narrow = (a->at[1][row] - a->at[3][row]) / step;
         const double best = narrow + (narrow - wide) / 3.0;
         /* the jump of the derivative at a kink; of a smooth function this is of order step^3 */
-        const double far = (a->far_high[row] - a->here[row]) + (a->far_low[row] - a->here[row]);
-        const double near = (a->near_high[row] - a->here[row]) + (a->near_low[row] - a->here[row]);
+        const double far = (a->at[0][row] - a->here[row]) + (a->at[2][row] - a->here[row]);
+        const double near = (a->at[1][row] - a->here[row]) + (a->at[3][row] - a->here[row]);
         const double size =
-            fabs(a->here[row]) + fabs(a->far_high[row]) + perp__gap_size(m, &m->begin, row, a->q);
+            fabs(a->here[row]) + fabs(a->at[0][row]) + perp__gap_size(m, &m->begin, row, a->q);
         const double uncertainty = fabs(best - narrow) + fabs(4.0 * near - far) / step +
                                    PERP__ROUNDING_LIMIT * size / step;
 

@@ -57,29 +57,29 @@ perp_status perp__copy_vector(perp_context *context, const char *name, int32_t n
     return status;
 }
 
+perp_status perp__copy_sizes(perp_context *context, const char *name, int32_t n, double *to,
+                             const double *from)
+{
+    perp_status status = perp__copy_vector(context, name, n, to, from);
+
+    for (int32_t i = 0; i < n && status == PERP_OK; i++)
+        if (to[i] < 0.0)
+            status = perp__refuse(context, "%s[%d] is %g, negative", name, (int)i, to[i]);
+    return status;
+}
+
 perp_status perp__copy_coefficients(perp_context *context, int32_t n, double *mu, double *mu_static,
                                     const double *from, const double *from_static)
 {
     perp_status status = perp__check_pointer(context, "mu", from);
 
-    PERP__THEN(status, perp__copy_vector(context, "mu", n, mu, from));
+    PERP__THEN(status, perp__copy_sizes(context, "mu", n, mu, from));
     PERP__THEN(status, perp__copy_vector(context, "mu_static", n, mu_static,
                                          from_static ? from_static : from));
     for (int32_t i = 0; i < n && status == PERP_OK; i++) {
-        if (mu[i] < 0.0)
-            return perp__refuse(context, "mu[%d] is %g, negative", (int)i, mu[i]);
         if (mu_static[i] < mu[i])
             return perp__refuse(context, "mu_static[%d] = %g < mu[%d] = %g", (int)i, mu_static[i],
                                 (int)i, mu[i]);
     }
     return status;
-}
-
-perp_status perp__check_compliance(perp_context *context, double stiffness, double damping)
-{
-    if (!(stiffness > 0.0 && isfinite(stiffness)))
-        return perp__refuse(context, "stiffness is %g, expected a positive number", stiffness);
-    if (!(damping >= 0.0 && isfinite(damping)))
-        return perp__refuse(context, "damping is %g, expected a number >= 0", damping);
-    return PERP_OK;
 }

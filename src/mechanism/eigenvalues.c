@@ -6,7 +6,6 @@
 #include <float.h>
 #include <math.h>
 #include <stddef.h>
-#include <stdlib.h>
 
 #include "base/outcome.h"
 #include "linalg/matrix.h"
@@ -179,12 +178,9 @@ int32_t perp__eigenvalues(int32_t n, double *A, double *real, double *imaginary)
 
     if (!failed) {
         balance(&view);
-        /* Where products of a few entries might leave the range of doubles, A := A / 2^e with a
-         * largest entry in [1/2, 1). */
+        /* A := A / 2^e with a largest entry in [1/2, 1): products stay in the range of doubles */
         frexp(perp__largest_or_nan(A, n * n), &exponent);
-        if (abs(exponent) < 200)
-            exponent = 0;
-        for (i = 0; i < n * n && exponent != 0; i++)
+        for (i = 0; i < n * n; i++)
             A[i] = ldexp(A[i], -exponent);
         for (int32_t k = 1; k < n - 1; k++) { /* to Hessenberg form */
             reflect(&view, k, n - k, at(&view, k, k - 1), real);

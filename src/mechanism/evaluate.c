@@ -223,7 +223,7 @@ perp_status perp__evaluate_bias(perp_mechanism *m, double *bias, double *error, 
         for (int32_t k = 0; k < 2 && status == PERP_OK; k++) {
             const double at = k == 0 ? s : -s;
 
-            status = perp__evaluate_move(m, m->moved, q, at, v);
+            status = perp__evaluate_move(m, m->moved, q, q, at, v);
             PERP__THEN(status, perp__evaluate_rows(m, &m->end, t + at, m->moved, v));
             for (int32_t i = 0; i < m->rows && status == PERP_OK; i++) {
                 side[k][i] = perp__row_times(m, &m->end, i, m->end.drift[i], v);
@@ -266,14 +266,8 @@ perp_status perp__evaluate_bias(perp_mechanism *m, double *bias, double *error, 
     return status;
 }
 
-perp_status perp__evaluate_move(perp_mechanism *m, double *q1, const double *q0, double h,
-                                const double *v)
-{
-    return perp__evaluate_move_at(m, q1, q0, q0, h, v);
-}
-
-perp_status perp__evaluate_move_at(perp_mechanism *m, double *q1, const double *q0,
-                                   const double *at, double h, const double *v)
+perp_status perp__evaluate_move(perp_mechanism *m, double *q1, const double *q0, const double *at,
+                                double h, const double *v)
 {
     perp_status status = perp__evaluate_rate(m, q1, at, v);
 

@@ -11,7 +11,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/context.h"
 #include "mechanism/mechanism.h"
 
 /* What the row's velocity J_i v is where it holds. */

@@ -91,8 +91,7 @@ int32_t perp__is_jammed(perp_mechanism *m, const perp__motion *answer, int32_t j
 
 /* ---- restitution --------------------------------------------------------------------------- */
 
-/* Whether contact j was hit, or jammed, in the motion that `answer` holds. */
-static int32_t is_impact(perp_mechanism *m, const perp__motion *answer, int32_t j)
+int32_t perp__is_impact(perp_mechanism *m, const perp__motion *answer, int32_t j)
 {
     const int32_t row = m->starts[j];
     const double before = m->start_velocity[row];
@@ -101,15 +100,6 @@ static int32_t is_impact(perp_mechanism *m, const perp__motion *answer, int32_t 
         return 0;
     return perp__is_hit(m->restitution[j], before, m->free_velocity[row] - before) ||
            (m->settings.law >= PERP_MECHANISM_POISSON && perp__is_jammed(m, answer, j));
-}
-
-int32_t perp__count_impacts(perp_mechanism *m, const perp__motion *answer)
-{
-    int32_t count = 0;
-
-    for (int32_t j = 0; j < m->contacts; j++)
-        count += is_impact(m, answer, j);
-    return count;
 }
 
 /* second := solution of a problem of the second stage; taken over where it is one. */
@@ -324,7 +314,7 @@ perp_status perp__solve_impacts(perp_mechanism *m, const perp__velocity_problem 
         perp__hit_contact c;
 
         m->together[j] = 1;
-        if (!is_impact(m, &m->compressed, j) || !isolate(m, &stage, j, &c))
+        if (!perp__is_impact(m, &m->compressed, j) || !isolate(m, &stage, j, &c))
             continue;
         perp__stronge_impact(&c);
         for (int32_t i = 0; i < m->dims[j]; i++) {

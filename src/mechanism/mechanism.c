@@ -70,51 +70,7 @@ static int32_t both_of(const perp_mechanism_model *model, int32_t j)
     return model->two_sided ? model->two_sided[j] : 0;
 }
 
-static perp_status check_contacts(perp_context *context, const perp_mechanism_model *model)
-{
-    const struct {
-        const char *name;
-        const double *x; /* NULL, or finite and >= 0 */
-    } lists[] = {{"model.mu", model->mu},
-                 {"model.mu_static", model->mu_static},
-                 {"model.stribeck", model->stribeck},
-                 {"model.restitution", model->restitution}};
-    perp_status status = PERP_OK;
-
-    for (int32_t k = 0; k < 4 && status == PERP_OK; k++) {
-        const double *x = lists[k].x;
-
-        if (x)
-            status = perp__check_finite(context, lists[k].name, x, (size_t)model->contacts);
-        for (int32_t j = 0; j < model->contacts && x && status == PERP_OK; j++)
-            if (x[j] < 0.0)
-                status =
-                    perp__refuse(context, "%s[%d] is %g, negative", lists[k].name, (int)j, x[j]);
-    }
-    for (int32_t j = 0; j < model->contacts && status == PERP_OK; j++) {
-        const double mu = model->mu ? model->mu[j] : 0.0;
-
-        if (model->mu_static && model->mu_static[j] < mu)
-            return perp__refuse(context, "model.mu_static[%d] = %g < mu[%d] = %g", (int)j,
-                                model->mu_static[j], (int)j, mu);
-        if (dim_of(model, j) == 1 && (mu > 0.0 || (model->mu_static && model->mu_static[j] > 0.0)))
-            return perp__refuse(context,
-                                "model.%s[%d] is %g, but contact %d has no tangents (dimension 1): "
-                                "no friction",
-                                mu > 0.0 ? "mu" : "mu_static", (int)j,
-                                mu > 0.0 ? mu : model->mu_static[j], (int)j);
-        if (model->restitution && model->restitution[j] > 1.0)
-            return perp__refuse(context, "model.restitution[%d] is %g, above 1", (int)j,
-                                model->restitution[j]);
-        if (model->restitution && model->restitution[j] > 0.0 && both_of(model, j) > 0)
-            return perp__refuse(context,
-                                "model.restitution[%d] is %g, but contact %d holds both ways",
-                                (int)j, model->restitution[j], (int)j);
-    }
-    return status;
-}
-
-/* Checks sizes, callbacks and every number. */
+/* Checks sizes and callbacks. */
 static perp_status read_model(perp_context *context, perp_mechanism_model *read,
                               const perp_mechanism_model *model)
 {
@@ -144,7 +100,7 @@ static perp_status read_model(perp_context *context, perp_mechanism_model *read,
         return perp__refuse(
             context, "model.kinematics is NULL, and there are %d coordinates for %d velocities",
             (int)read->coordinates, (int)read->velocities);
-    return check_contacts(context, read);
+    return PERP_OK;
 }
 
 /* ---- life ------------------------------------------------------------------------------------ */
@@ -273,6 +229,41 @@ static void release(void *object)
 
 static const perp__kind kind = {"a mechanism", sizeof(perp_mechanism), release};
 
+/* The contacts' numbers, checked. */
+static perp_status copy_contacts(perp_mechanism *m, const perp_mechanism_model *model)
+{
+    const double *at_rest = model->mu_static ? model->mu_static : model->mu;
+    perp_context *context = m->context;
+    perp_status status = perp__copy_sizes(context, "model.mu", m->contacts, m->mu, model->mu);
+
+    PERP__THEN(status,
+               perp__copy_sizes(context, "model.mu_static", m->contacts, m->mu_static, at_rest));
+    PERP__THEN(status, perp__copy_sizes(context, "model.stribeck", m->contacts, m->stribeck,
+                                        model->stribeck));
+    PERP__THEN(status, perp__copy_sizes(context, "model.restitution", m->contacts, m->restitution,
+                                        model->restitution));
+    for (int32_t j = 0; j < m->contacts && status == PERP_OK; j++) {
+        const double mu = m->mu[j], most = m->mu_static[j], e = m->restitution[j];
+
+        if (most < mu)
+            return perp__refuse(context, "model.mu_static[%d] = %g < mu[%d] = %g", (int)j, most,
+                                (int)j, mu);
+        if (dim_of(model, j) == 1 && most > 0.0)
+            return perp__refuse(context,
+                                "model.%s[%d] is %g, but contact %d has no tangents (dimension 1): "
+                                "no friction",
+                                mu > 0.0 ? "mu" : "mu_static", (int)j, mu > 0.0 ? mu : most,
+                                (int)j);
+        if (e > 1.0)
+            return perp__refuse(context, "model.restitution[%d] is %g, above 1", (int)j, e);
+        if (e > 0.0 && both_of(model, j) > 0)
+            return perp__refuse(context,
+                                "model.restitution[%d] is %g, but contact %d holds both ways",
+                                (int)j, e, (int)j);
+    }
+    return status;
+}
+
 static perp_status make(perp_mechanism *m, const perp_mechanism_settings *settings,
                         const perp_mechanism_model *model)
 {
@@ -294,13 +285,7 @@ static perp_status make(perp_mechanism *m, const perp_mechanism_settings *settin
     m->rows = m->contact_rows + m->bilateral + m->dry_rows;
     status = perp__arena_fit(&m->arena, m->context, layout, m);
     /* 2. its numbers */
-    PERP__THEN(status, perp__copy_vector(m->context, "mu", m->contacts, m->mu, model->mu));
-    PERP__THEN(status, perp__copy_vector(m->context, "mu_static", m->contacts, m->mu_static,
-                                         model->mu_static ? model->mu_static : model->mu));
-    PERP__THEN(status, perp__copy_vector(m->context, "stribeck", m->contacts, m->stribeck,
-                                         model->stribeck));
-    PERP__THEN(status, perp__copy_vector(m->context, "restitution", m->contacts, m->restitution,
-                                         model->restitution));
+    PERP__THEN(status, copy_contacts(m, model));
     if (status != PERP_OK)
         return status;
     memset(m->let_go, 0, (size_t)m->contacts * sizeof *m->let_go);

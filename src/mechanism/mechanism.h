@@ -168,12 +168,9 @@ perp_status perp__evaluate_rate(perp_mechanism *m, double *rate, const double *q
  * NULL. */
 perp_status perp__evaluate_bias(perp_mechanism *m, double *bias, double *error, double t,
                                 const double *q, const double *v, double first, int32_t levels);
-/* q1 := q0 + h N(q0) v, normalised. q1 may not be q0. */
-perp_status perp__evaluate_move(perp_mechanism *m, double *q1, const double *q0, double h,
-                                const double *v);
 /* q1 := q0 + h N(at) v, normalised. q1 may be neither q0 nor at. */
-perp_status perp__evaluate_move_at(perp_mechanism *m, double *q1, const double *q0,
-                                   const double *at, double h, const double *v);
+perp_status perp__evaluate_move(perp_mechanism *m, double *q1, const double *q0, const double *at,
+                                double h, const double *v);
 
 /* ---- rows.c: what rows make of velocities ---- */
 /* sum + J_row x, and with the sizes of the products; and x := x + s J_row'. */
@@ -206,8 +203,6 @@ void perp__solve_upper(const perp_mechanism *m, const perp__terms *terms, double
 /* y := L' x, which may be x itself; its length, sqrt(x' M x). */
 double perp__energy_norm(const perp_mechanism *m, const perp__terms *terms, double *y,
                          const double *x);
-/* sqrt(v' M v); in m->work. */
-double perp__speed(perp_mechanism *m, const perp__terms *terms, const double *v);
 /* Sliding speed of a contact or dry group, 0.0 where it is no more than this share of its terms. */
 double perp__sliding_speed(const perp_mechanism *m, const perp__terms *terms, int32_t place,
                            const double *u, const double *v, double rounding);
@@ -311,8 +306,8 @@ perp_status perp__select_answer(perp_mechanism *m, perp_mechanism_step *step,
 double perp__sliding_inertia(perp_mechanism *m, int32_t j, double speed);
 /* Whether sliding in contact j ended though it was not hit, in an impulse at any h. In m->work. */
 int32_t perp__is_jammed(perp_mechanism *m, const perp__motion *answer, int32_t j);
-/* The contacts with restitution that were hit in the step that `answer` solves. */
-int32_t perp__count_impacts(perp_mechanism *m, const perp__motion *answer);
+/* Whether contact j, with restitution, was hit or jammed in the step that `answer` solves. */
+int32_t perp__is_impact(perp_mechanism *m, const perp__motion *answer, int32_t j);
 /* Second stage: m->answer, of the first stage, is replaced by velocities and impulses after the
  * impacts. */
 perp_status perp__solve_impacts(perp_mechanism *m, const perp__velocity_problem *problem);

@@ -189,7 +189,7 @@ perp_status perp__project(perp_mechanism *m, perp_mechanism_step *step, perp__mo
         if (status != PERP_OK || !found)
             continue;
         /* 2. it is kept if it helps; m->end follows */
-        status = perp__evaluate_move(m, m->moved, q, 1.0, m->projection.v);
+        status = perp__evaluate_move(m, m->moved, q, q, 1.0, m->projection.v);
         PERP__THEN(status, perp__evaluate_rows(m, &m->end, t, m->moved, v));
         if (status != PERP_OK)
             continue;

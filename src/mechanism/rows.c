@@ -125,16 +125,6 @@ double perp__energy_norm(const perp_mechanism *m, const perp__terms *terms, doub
     return perp__length(y, m->n);
 }
 
-double perp__speed(perp_mechanism *m, const perp__terms *terms, const double *v)
-{
-    double sum = 0.0;
-
-    perp__multiply_mass(m, terms, m->work, v);
-    for (int32_t i = 0; i < m->n; i++)
-        sum += m->work[i] * v[i];
-    return sqrt(fmax(sum, 0.0));
-}
-
 double perp__sliding_speed(const perp_mechanism *m, const perp__terms *terms, int32_t place,
                            const double *u, const double *v, double rounding)
 {

@@ -11,9 +11,6 @@
 
 #include "lcp/lemke/lemke.h"
 
-/* Relative size below which a pivot among free variables is what rounding left of 0. */
-#define DEPENDENT 1e-12
-
 /* A round of a crash is a Cholesky factorisation of the active block where M is symmetric, else LU:
  * from this size on that costs less than the pivots that it saves. */
 #define CRASH_LU_FROM 256
@@ -149,7 +146,7 @@ static int32_t make_free_basic(perp__lemke *l)
         for (i = 0; is_free_variable(l, c) && i < l->pairs; i++)
             if (is_free_equation(l, i) && (r < 0 || fabs(l->column[i]) > fabs(l->column[r])))
                 r = i;
-        if (r < 0 || !(fabs(l->column[r]) > DEPENDENT * largest)) {
+        if (r < 0 || !(fabs(l->column[r]) > PERP__DEPENDENT * largest)) {
             left += is_free_variable(l, c);
             c++;
             continue;
@@ -163,10 +160,10 @@ static int32_t make_free_basic(perp__lemke *l)
     for (r = 0; left > 0 && r < l->pairs; r++) {
         if (!is_free_equation(l, r))
             continue;
-        if (fabs(l->b[r]) <= DEPENDENT * size)
+        if (fabs(l->b[r]) <= PERP__DEPENDENT * size)
             l->b[r] = 0.0;
         for (c = 0; c < l->tableau.columns; c++)
-            if (fabs(T[(size_t)r + (size_t)c * ld]) <= DEPENDENT * largest)
+            if (fabs(T[(size_t)r + (size_t)c * ld]) <= PERP__DEPENDENT * largest)
                 T[(size_t)r + (size_t)c * ld] = 0.0;
     }
     return left;

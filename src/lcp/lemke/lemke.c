@@ -10,16 +10,10 @@
 
 #include "base/random.h"
 
-/* Most problems need one. */
-#define ATTEMPTS 5
-/* How often the answer may be looked for once more, for its last digits. */
-#define IMPROVEMENTS 5
 /* A t that is larger than this, relative to its start, is no end that a polish could mend. */
 #define FAR_OFF 1e-6
 /* What the end of a path in doubled precision knows of x, relative to the largest. */
 #define KNOWN_IN_DOUBLED 1e-26
-/* Paths that correct the end of one that can tell what its slack has cost. */
-#define CORRECTIONS 3
 /* Sparse problems with a larger part of the entries than 1 / FILLED are solved faster by a dense
  * tableau, as small ones are; up to the size below there is room for a dense tableau in doubled
  * precision where all else fails. */
@@ -43,7 +37,10 @@ static const perp__lemke_trial in_doubled[] = {
 };
 enum {
     IN_DOUBLE = sizeof in_double / sizeof *in_double,
-    IN_DOUBLED = sizeof in_doubled / sizeof *in_doubled
+    IN_DOUBLED = sizeof in_doubled / sizeof *in_doubled,
+    /* most problems need one; so often the last digits are looked for, too, and the end of a path
+     * corrected that can tell what its slack has cost */
+    ATTEMPTS = IN_DOUBLE + IN_DOUBLED
 };
 
 static void layout(perp__arena *arena, void *work)
@@ -265,7 +262,7 @@ static perp_status tighten(perp__lemke *l, perp__lcp_iterate *iterate)
             break;
         write_point(l, iterate);
         far = cover_slack(l, iterate->z);
-        if (far == 0.0 || round == CORRECTIONS)
+        if (far == 0.0 || round == ATTEMPTS)
             break;
         l->basis->set_covering(l);
         l->slack = 1e-3 * far / l->largest_b;
@@ -352,7 +349,7 @@ static perp_status solve(void *work, perp__lcp_iterate *iterate)
         l->basis = &perp__lemke_doubled;
     else
         l->basis = l->is_sparse ? &perp__lemke_sparse : &perp__lemke_dense;
-    iterate->improvable = !l->is_sparse && l->tried_doubled < IMPROVEMENTS;
+    iterate->improvable = !l->is_sparse && l->tried_doubled < ATTEMPTS;
     /* 2. From a guess, or else from the problem as it is. */
     if (iterate->attempt == 0)
         status = solve_near(l, iterate, &l->guessed);

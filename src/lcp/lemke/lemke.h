@@ -11,6 +11,10 @@
 /* A look for a basis near the solution's ends after so many rounds in a row that did not help. */
 #define PERP__CRASH_PATIENCE 3
 
+/* Free variables are dependent where a pivot among them, beside the largest entry, or the
+ * reciprocal condition of their basis is below this. */
+#define PERP__DEPENDENT 1e-12
+
 /* ---- tableau.c ---- */
 
 /* A condensed simplex tableau with delayed updates.

@@ -32,8 +32,6 @@
  * beyond those few at most one pair in so many is violated. */
 #define FEW 16
 #define CLOSE 32
-/* Reciprocal condition below which free variables count as dependent. */
-#define DEPENDENT 1e-13
 
 void perp__factored_layout(perp__arena *arena, perp__lemke *l)
 {
@@ -320,7 +318,7 @@ static perp_status start(perp__lemke *l, const perp__lcp_iterate *iterate)
         any_free |= perp__lemke_is_free(l, k);
     if (any_free &&
         (status == PERP__FACTOR_SINGULAR ||
-         (status == PERP_OK && !(perp__basis_condition(&l->factored.basis) > DEPENDENT))))
+         (status == PERP_OK && !(perp__basis_condition(&l->factored.basis) > PERP__DEPENDENT))))
         status = take_places(l, 1);
     if (status == PERP_OK)
         find_largest_b(l);

@@ -23,7 +23,7 @@
  * would touch more entries than these. */
 #define ENTRIES_MOST 1e10
 
-#define SWEEPS_BETWEEN_TESTS 10
+#define SWEEPS_BETWEEN_LOOKS 10 /* at the residual, and at the active set */
 
 /* Conjugate gradients start again when the residual has grown by this much, so many times. */
 #define GROWTH 10.0
@@ -33,9 +33,8 @@
 #define ENTRIES_IN_CACHE 32768
 
 /* The polish is asked to finish when the active set has stayed the same for a third of all sweeps,
- * and at least so many; again when there are four times as many. Looked at every so many sweeps. */
+ * and at least so many; again when there are four times as many. */
 #define SWEEPS_UNCHANGED 30
-#define SWEEPS_BETWEEN_LOOKS 10
 
 /* Nonsmooth nonlinear conjugate gradients over sweeps (Silcowitz, Niebe & Erleben, The Visual
  * Computer 26 (2010) 893). */
@@ -168,7 +167,7 @@ static int32_t is_solved(pgs_work *work)
 
     if (!(work->residual <= problem->tol) || work->sweeps < work->next_test)
         return 0;
-    work->next_test = work->sweeps + SWEEPS_BETWEEN_TESTS;
+    work->next_test = work->sweeps + SWEEPS_BETWEEN_LOOKS;
     for (int32_t i = 0; i < problem->n; i++) {
         work->x[i] = d[i] * z[i];
         work->y[i] = problem->q[i] / d[i];

@@ -40,36 +40,6 @@ static void layout(perp__arena *arena, void *object)
     a->seed.included = perp__arena_take(arena, (size_t)a->m->contacts, 1);
 }
 
-/* What grows with the square of the rows that take part: few of many, in most states. */
-static void layout_blocks(perp__arena *arena, void *object)
-{
-    perp__acceleration *a = object;
-    const size_t active = (size_t)a->active, square = active * active;
-
-    PERP__DOUBLES(arena, square, &a->W, &a->held, &a->turning.K);
-    perp__linear_layout(&a->linear, arena);
-    a->work =
-        perp__arena_take(arena, 4 * square + 8 * active + 4 * (size_t)a->m->n, sizeof(double));
-}
-
-perp_status perp__acceleration_make_room(perp__acceleration *a)
-{
-    perp__linear *p = &a->linear;
-
-    p->length = p->rows = a->polyhedron.length = a->active;
-    if (perp__arena_fit(&a->blocks, a->m->context, layout_blocks, a) != PERP_OK)
-        return perp__fail_memory(a->m->context, "accelerations");
-    p->block[0] = a->W;
-    p->c = a->beta;
-    p->c_size = a->load;
-    p->scale = a->scale;
-    p->positions = a->elements + a->m->bilateral;
-    a->polyhedron.origin = p->x;
-    a->polyhedron.directions = p->null;
-    a->polyhedron.entries = a->row_of;
-    return PERP_OK;
-}
-
 void perp__acceleration_release(perp__acceleration *a)
 {
     if (!a)

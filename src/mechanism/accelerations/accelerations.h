@@ -107,8 +107,6 @@ perp_status perp__acceleration_state(perp__acceleration *a, int32_t *impact, dou
 perp_status perp__acceleration_reduce(perp__acceleration *a);
 
 /* ---- accelerations.c ---- */
-/* Room for the matrices of the active rows; what they held is lost. */
-perp_status perp__acceleration_make_room(perp__acceleration *a);
 /* m->accelerations with its room, and without answers. */
 perp_status perp__acceleration_open(perp_mechanism *m);
 
@@ -157,9 +155,8 @@ perp_status perp__load_all(perp__acceleration *a, perp_status (*found)(perp__acc
 /* holds: rows of the mechanism whose velocity the answer keeps at 0. */
 void perp__acceleration_mark_rows(const perp__acceleration *a, const perp__answer *answer,
                                   int8_t *holds);
-/* The point f; dimension: of the family that it stands for, or 0. */
-perp_status perp__acceleration_keep_point(perp__acceleration *a, int32_t at_vertex,
-                                          int32_t dimension);
+/* The point f. */
+perp_status perp__acceleration_keep_point(perp__acceleration *a, int32_t at_vertex);
 int32_t perp__acceleration_holds(void *user, perp__answer *outer, const perp__answer *inner);
 /* The family of the pattern that was solved. */
 perp_status perp__acceleration_keep_family(perp__acceleration *a, int32_t dimension);

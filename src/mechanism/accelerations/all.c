@@ -2,7 +2,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/context.h"
 #include "mechanism/accelerations/accelerations.h"
 
 /* ---- why there are as many ------------------------------------------------------------------
@@ -122,7 +121,7 @@ static perp_status keep(perp__acceleration *a, int32_t dimension)
         return perp__acceleration_keep_family(a, dimension);
     if (dimension < 0 || !perp__linear_holds(p, &a->pattern, &point, &at_vertex))
         return PERP_OK;
-    return perp__acceleration_keep_point(a, at_vertex, 0);
+    return perp__acceleration_keep_point(a, at_vertex);
 }
 
 /* With many slips that start in a plane at once their directions are many: every second, then every
@@ -272,13 +271,8 @@ perp_status perp__acceleration_look(perp__acceleration *a, perp_mechanism_summar
     if (impact >= 0)
         return PERP_OK;
     /* 1. all patterns, where they are not too many */
-    a->tree.positions = a->elements;
-    a->tree.ended = 0;
-    a->tree.user = a;
-    a->tree.reverse = 1;
-    a->tree.choices = perp__element_choices;
-    a->tree.choose = perp__element_choose;
-    a->tree.leaf = leaf;
+    a->tree = (perp__pattern_tree){a->elements,           a->tree.next,         0,   1, a,
+                                   perp__element_choices, perp__element_choose, leaf};
     a->leaves = 0;
     a->complete =
         a->closed <= PERP__MOST_CONTACTS && perp__pattern_tree_count(&a->tree, most) <= most;

@@ -141,15 +141,13 @@ static double element_residual(const perp__acceleration *a, const perp__answer *
     const int32_t mode = answer->pattern[index], row = a->row_of[element->row];
     const int32_t tangent = row + element->normals;
     const double *f = answer->middle;
-    double worst = 0.0, size = element->dry ? element->bound : f[row], length = 0.0, limit;
+    const double size = element->dry ? element->bound : perp__load_of(a->m, f, element->source);
+    double worst = 0.0, length = 0.0, limit;
 
     for (int32_t i = 0; i < element->normals; i++)
         perp__raise_to(&worst,
                        row_residual(a, answer, element->row + i, mode == PERP_MECHANISM_SEPARATE));
-    if (element->two_sided)
-        size = hypot(size, hypot(element->normals > 1 ? f[row + 1] : 0.0,
-                                 element->normals > 2 ? f[row + 2] : 0.0));
-    else if (!element->dry)
+    if (!element->two_sided && !element->dry)
         perp__raise_to(&worst, -size / (largest * a->scale[element->row]));
     for (int32_t i = 0; i < element->tangents; i++) {
         length = hypot(length, f[tangent + i]);
@@ -297,8 +295,7 @@ static void set_pattern(const perp__acceleration *a, perp__answer *answer)
            PERP__MOST_NORMALS * (size_t)a->elements * sizeof *pattern.load);
 }
 
-perp_status perp__acceleration_keep_point(perp__acceleration *a, int32_t at_vertex,
-                                          int32_t dimension)
+perp_status perp__acceleration_keep_point(perp__acceleration *a, int32_t at_vertex)
 {
     const size_t rows = (size_t)a->m->rows;
     perp__answer *answer = perp__answer_create(&a->answers, 1);
@@ -306,7 +303,6 @@ perp_status perp__acceleration_keep_point(perp__acceleration *a, int32_t at_vert
     if (!answer)
         return perp__fail_memory(a->m->context, "an acceleration");
     answer->free = 0;
-    answer->dimension = dimension;
     answer->at_vertex = at_vertex;
     set_pattern(a, answer);
     memset(answer->middle, 0, rows * sizeof *answer->middle);

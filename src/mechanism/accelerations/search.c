@@ -10,7 +10,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/context.h"
 #include "base/random.h"
 #include "mechanism/accelerations/accelerations.h"
 
@@ -55,13 +54,12 @@ static perp__velocity_problem pose(perp__acceleration *a, perp__terms *terms)
 static void direct(perp__acceleration *a, int32_t index, double sign, const double *x)
 {
     const perp__element *element = a->element + index;
-    double *direction = a->pattern.direction + 2 * (size_t)index, length = 0.0;
+    const double length = perp__length(x, element->tangents);
+    double *direction = a->pattern.direction + 2 * (size_t)index;
 
     direction[0] = direction[1] = 0.0;
     if (a->pattern.mode[index] != PERP_MECHANISM_SLIP || !element->friction)
         return;
-    for (int32_t i = 0; i < element->tangents; i++)
-        length = hypot(length, x[i]);
     for (int32_t i = 0; i < element->tangents; i++)
         direction[i] = element->moves ? element->direction[i]
                        : length > 0.0 ? sign * x[i] / length

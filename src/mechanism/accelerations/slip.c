@@ -26,7 +26,7 @@
 /* Turns larger than this after so many rounds lead nowhere. */
 #define NEAR 0.1
 #define PATIENCE 7
-#define SAMPLES 5
+enum { SAMPLES = 5 /* as many as coefficients */ };
 
 /* ---- all of them -------------------------------------------------------------------------- */
 

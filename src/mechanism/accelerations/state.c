@@ -62,7 +62,7 @@ static perp_status find_bias(perp__acceleration *a, double t, const double *q, c
     perp_mechanism *m = a->m;
     double largest = 1.0, fastest = 0.0;
     /* from a time in which the coordinates change by about their size */
-    perp_status status = perp__evaluate_move(m, m->moved, q, 1.0, v);
+    perp_status status = perp__evaluate_move(m, m->moved, q, q, 1.0, v);
 
     for (int32_t i = 0; i < m->coordinates && status == PERP_OK; i++) {
         largest = fmax(largest, fabs(q[i]));
@@ -79,6 +79,37 @@ static perp_status find_bias(perp__acceleration *a, double t, const double *q, c
 }
 
 /* ---- the system ----------------------------------------------------------------------------- */
+
+/* What grows with the square of the rows that take part: few of many, in most states. */
+static void layout_blocks(perp__arena *arena, void *object)
+{
+    perp__acceleration *a = object;
+    const size_t active = (size_t)a->active, square = active * active;
+
+    PERP__DOUBLES(arena, square, &a->W, &a->held, &a->turning.K);
+    perp__linear_layout(&a->linear, arena);
+    a->work =
+        perp__arena_take(arena, 4 * square + 8 * active + 4 * (size_t)a->m->n, sizeof(double));
+}
+
+/* Room for the matrices of the active rows; what they held is lost. */
+static perp_status make_room(perp__acceleration *a)
+{
+    perp__linear *p = &a->linear;
+
+    p->length = p->rows = a->polyhedron.length = a->active;
+    if (perp__arena_fit(&a->blocks, a->m->context, layout_blocks, a) != PERP_OK)
+        return perp__fail_memory(a->m->context, "accelerations");
+    p->block[0] = a->W;
+    p->c = a->beta;
+    p->c_size = a->load;
+    p->scale = a->scale;
+    p->positions = a->elements + a->m->bilateral;
+    a->polyhedron.origin = p->x;
+    a->polyhedron.directions = p->null;
+    a->polyhedron.entries = a->row_of;
+    return PERP_OK;
+}
 
 /* held := W - W_b W_bb^+ W_b', the same where the bilateral rows hold. */
 static void hold_bilateral(perp__acceleration *a)
@@ -119,35 +150,24 @@ perp_status perp__acceleration_reduce(perp__acceleration *a)
 {
     const perp_mechanism *m = a->m;
     const size_t n = (size_t)m->n, active = (size_t)a->active;
-    perp_status status = perp__acceleration_make_room(a);
+    perp_status status = make_room(a);
 
     if (status != PERP_OK)
         return status;
     perp__solve_mass(m, &m->begin, a->velocity, m->begin.k);
     for (size_t i = 0; i < active; i++) {
-        const size_t row = (size_t)a->row_of[i];
-        const double *J = m->begin.J + row * n;
-        int32_t moves = 0;
+        const int32_t row = a->row_of[i];
+        const double *J = m->begin.J + (size_t)row * n;
         int exponent;
 
-        a->beta[i] = a->bias[row];
-        a->load[i] = a->size[row];
-        for (size_t k = 0; k < n; k++) {
-            a->beta[i] += J[k] * a->velocity[k];
-            a->load[i] += fabs(J[k] * a->velocity[k]);
-            moves = moves || J[k] != 0.0;
-        }
+        a->beta[i] = perp__row_times(m, &m->begin, row, a->bias[row], a->velocity);
+        a->load[i] = perp__row_terms(m, &m->begin, row, a->size[row], a->velocity);
         perp__solve_mass(m, &m->begin, a->work, J);
-        for (size_t j = 0; j <= i; j++) {
-            const double *other = m->begin.J + (size_t)a->row_of[j] * n;
-            double sum = 0.0;
-
-            for (size_t k = 0; k < n; k++)
-                sum += other[k] * a->work[k];
-            a->W[i * active + j] = a->W[j * active + i] = sum;
-        }
-        if (moves && a->W[i * (active + 1)] < DBL_MIN) /* it has no digits to tell signs by */
-            a->answers.incomplete = 1;
+        for (size_t j = 0; j <= i; j++)
+            a->W[i * active + j] = a->W[j * active + i] =
+                perp__row_times(m, &m->begin, a->row_of[j], 0.0, a->work);
+        /* a row without digits to tell signs by */
+        a->answers.incomplete |= a->W[i * (active + 1)] < DBL_MIN && perp__largest(J, m->n) > 0.0;
         frexp(a->W[i * (active + 1)], &exponent);
         a->scale[i] = ldexp(1.0, -(exponent / 2));
     }

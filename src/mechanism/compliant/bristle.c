@@ -23,21 +23,21 @@ PERP__INIT(perp_bristle)
 
 /* ---- checks -------------------------------------------------------------------------------- */
 
+/* The last two are those of bristles. */
+static const perp__field fields[] = {
+    PERP__REAL(perp_bristle, kinetic, "()", 0, INFINITY),
+    PERP__REAL(perp_bristle, breakaway, "[)", 0, INFINITY),
+    PERP__REAL(perp_bristle, speed, "[)", 0, INFINITY),
+    PERP__REAL(perp_bristle, viscosity, "[)", 0, INFINITY),
+    PERP__REAL(perp_bristle, stiffness, "()", 0, INFINITY),
+    PERP__REAL(perp_bristle, damping, "[)", 0, INFINITY),
+};
+
 static perp_status check_number(perp_context *context, const char *name, double value)
 {
     if (isfinite(value))
         return PERP_OK;
     return perp__fail(context, PERP_ERROR_NOT_FINITE, "%s is %g", name, value);
-}
-
-/* 'above': the value must be > 0, else >= 0. */
-static perp_status check_size(perp_context *context, const char *name, double value, int above)
-{
-    perp_status status = check_number(context, name, value);
-
-    if (status != PERP_OK || value > 0.0 || (value == 0.0 && !above))
-        return status;
-    return perp__refuse(context, "%s is %g, expected %s", name, value, above ? "> 0" : ">= 0");
 }
 
 /* Enters, and reads the law into `own` where all is well. out: an output of that name. */
@@ -52,19 +52,14 @@ static perp_status begin(perp_context *context, perp_bristle *own, const perp_br
     status = perp__check_pointer(context, name, out);
     PERP__THEN(status, perp__check_pointer(context, "law", law));
     PERP__THEN(status, PERP__READ(perp_bristle, context, own, law));
-    PERP__THEN(status, check_size(context, "law.kinetic", own->kinetic, 1));
-    PERP__THEN(status, check_size(context, "law.breakaway", own->breakaway, 0));
+    PERP__THEN(status, perp__check_fields(context, "law", own, fields, bristles ? 6 : 4));
     if (own->breakaway == 0.0)
         own->breakaway = own->kinetic;
     if (status == PERP_OK && own->breakaway < own->kinetic)
         status = perp__refuse(context, "law.breakaway is %g, below law.kinetic = %g",
                               own->breakaway, own->kinetic);
-    PERP__THEN(status, check_size(context, "law.speed", own->speed, own->breakaway > own->kinetic));
-    PERP__THEN(status, check_size(context, "law.viscosity", own->viscosity, 0));
-    if (bristles) {
-        PERP__THEN(status, check_size(context, "law.stiffness", own->stiffness, 1));
-        PERP__THEN(status, check_size(context, "law.damping", own->damping, 0));
-    }
+    if (status == PERP_OK && own->breakaway > own->kinetic && own->speed == 0.0)
+        status = perp__refuse(context, "law.speed is 0, and law.breakaway above law.kinetic");
     return status == PERP_OK || !context ? status : perp__leave(context, status);
 }
 
@@ -214,7 +209,9 @@ perp_status perp_lugre_step(perp_context *context, double *next, double *force, 
     status = perp__check_pointer(context, "force", force);
     PERP__THEN(status, check_number(context, "z", z));
     PERP__THEN(status, check_number(context, "v", v));
-    PERP__THEN(status, check_size(context, "h", h, 1));
+    PERP__THEN(status, check_number(context, "h", h));
+    if (status == PERP_OK && !(h > 0.0))
+        status = perp__refuse(context, "h is %g, expected a positive number", h);
     if (status == PERP_OK) {
         const curve g = stribeck(&own, v);
         const double x = ratio_of(own.stiffness, fabs(v), h, g.force);
@@ -230,18 +227,15 @@ perp_status perp_lugre_step(perp_context *context, double *next, double *force, 
     return end(context, status, results, 3);
 }
 
-/* viscosity kinetic >= damping (breakaway - kinetic), in units in which no product overflows. */
+/* viscosity kinetic >= damping (breakaway - kinetic), both over breakaway: neither overflows. */
 perp_status perp_lugre_passive(perp_context *context, int32_t *passive, const perp_bristle *law)
 {
     perp_bristle own;
     const perp_status status = begin(context, &own, law, 1, "passive", passive);
-    int force, rate;
 
     if (status != PERP_OK)
         return status;
-    (void)frexp(own.breakaway, &force);
-    (void)frexp(fmax(own.viscosity, own.damping), &rate);
-    *passive = ldexp(own.viscosity, -rate) * ldexp(own.kinetic, -force) >=
-               ldexp(own.damping, -rate) * ldexp(own.breakaway - own.kinetic, -force);
+    *passive = ratio_of(own.viscosity, own.kinetic, 1.0, own.breakaway) >=
+               ratio_of(own.damping, own.breakaway - own.kinetic, 1.0, own.breakaway);
     return end(context, status, NULL, 0);
 }

@@ -108,7 +108,6 @@ static perp_status take(perp_compliant *c, const perp_compliant_system *s)
             status = perp__refuse(context, "one_sided[%d] is %d, not 0 or 1", (int)k,
                                   (int)c->one_sided[k]);
     }
-    PERP__THEN(status, perp__check_compliance(context, s->stiffness, s->damping));
     PERP__THEN(status, perp__check_inertia(context, "mass", c->n, c->mass, c->mass));
     if (status != PERP_OK)
         return status;
@@ -144,9 +143,11 @@ perp_status perp__compliant_enter(perp_compliant *c)
     return perp__handle_enter(c, &kind);
 }
 
-static const perp__field sizes[] = {
+static const perp__field numbers[] = {
     PERP__INTEGER(perp_compliant_system, n, 1, 20000),
     PERP__INTEGER(perp_compliant_system, contacts, 1, 20000),
+    PERP__REAL(perp_compliant_system, stiffness, "()", 0, INFINITY),
+    PERP__REAL(perp_compliant_system, damping, "[)", 0, INFINITY),
 };
 
 perp_status perp_compliant_create(perp_context *context, perp_compliant **compliant,
@@ -161,7 +162,7 @@ perp_status perp_compliant_create(perp_context *context, perp_compliant **compli
     status = perp__check_pointer(context, "compliant", compliant);
     PERP__THEN(status, perp__check_pointer(context, "system", system));
     PERP__THEN(status, PERP__READ(perp_compliant_system, context, &read, system));
-    PERP__THEN(status, PERP__CHECK_FIELDS(context, "system", &read, sizes));
+    PERP__THEN(status, PERP__CHECK_FIELDS(context, "system", &read, numbers));
     if (status == PERP_OK) {
         c = perp__handle_create(context, &kind);
         status = c ? PERP_OK : PERP_ERROR_MEMORY;

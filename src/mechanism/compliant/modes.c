@@ -11,7 +11,6 @@
  * independent; the others keep their share of |N|. What is tied down takes its part of x'' out:
  *
  *   x'' := (E - M^-1 T' (T M^-1 T')^-1 T) x'',   F = (T M^-1 T')^-1 T x''. */
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -19,8 +18,6 @@
 #include "linalg/blas.h"
 #include "linalg/matrix.h"
 #include "mechanism/compliant/compliant.h"
-
-/* A friction force that had to give, and still comes as close to its bound, gives. */
 
 static size_t at(const perp_compliant *c, int32_t row, int32_t column)
 {
@@ -153,7 +150,7 @@ static void slide(perp_compliant *c, int32_t k, double sense)
     c->lower[k] = c->upper[k] = c->share[k] * fabs(c->N[k]);
 }
 
-/* Whether F of what rests is at a bound. */
+/* Whether F of what rests is at a bound; one that had to give is where it comes close. */
 static int32_t is_at_bound(const perp_compliant *c, int32_t k)
 {
     const double bound = c->gives[k] ? c->upper[k] * (1.0 - PERP__AGREEMENT) : c->upper[k];

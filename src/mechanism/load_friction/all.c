@@ -145,18 +145,13 @@ perp_status perp__friction_answer_all(perp_load_friction *f, perp_load_summary *
     perp__answers_clear(&f->answers);
     f->linear.tolerance = f->settings.tol;
     for (int32_t i = 0; i < f->n; i++) {
-        f->c[i] = f->b[i] - f->question.tau[i];
-        f->c_size[i] = fabs(f->question.tau[i]) + fabs(f->b[i]);
+        f->c[i] = f->b[i] - f->tau[i];
+        f->c_size[i] = fabs(f->tau[i]) + fabs(f->b[i]);
         f->c[f->n + i] = f->d[i];
         f->c_size[f->n + i] = fabs(f->d[i]);
     }
-    f->tree.positions = f->n;
-    f->tree.user = f->answers.user = f->linear.user =
-        f; /* handles change places in perp_load_friction_set */
-    f->tree.reverse = 1;
-    f->tree.choices = choices;
-    f->tree.choose = choose;
-    f->tree.leaf = try_pattern;
+    f->answers.user = f->linear.user = f; /* handles change places in perp_load_friction_set */
+    f->tree = (perp__pattern_tree){f->n, f->tree.next, 0, 1, f, choices, choose, try_pattern};
     if (f->monotone)
         status = answer_directly(f, &summary->patterns);
     patterns = perp__pattern_tree_count(&f->tree, most);

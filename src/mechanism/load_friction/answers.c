@@ -95,17 +95,15 @@ static void label(perp_load_friction *f, perp__answer *a)
 static void describe(perp_load_friction *f, perp__answer *a)
 {
     double *normal = a->own, *friction = a->own + f->n;
-    int32_t sticks = 0, i, j;
+    int32_t sticks = 0;
 
     memcpy(a->pattern, f->pattern.mode, 2 * (size_t)f->n);
-    for (i = 0; i < f->n; i++) {
+    for (int32_t i = 0; i < f->n; i++) {
         const int32_t mode = f->pattern.mode[i], before = f->question.before[i];
-        double row = f->b[i] - f->question.tau[i];
 
-        for (j = 0; j < f->n; j++)
-            row += f->A[at(f, i, j)] * a->middle[j];
         normal[i] = f->linear.u[f->n + i];
-        friction[i] = mode == PERP_LOAD_STICK ? -row : f->linear.slope[i] * normal[i];
+        friction[i] =
+            mode == PERP_LOAD_STICK ? f->linear.residual[i] : f->linear.slope[i] * normal[i];
         perp__raise_to(&a->residual, mode == PERP_LOAD_STICK || f->linear.load[i] == 0.0
                                          ? 0.0
                                          : fabs(f->linear.residual[i]) / f->linear.load[i]);
@@ -137,17 +135,12 @@ static void keep(perp_load_friction *f, perp__answer *a, int32_t holds)
     holds = holds && perp__all_finite(a->points, points * n) && perp__all_finite(a->middle, n) &&
             perp__all_finite(a->own, 2 * n) && a->residual <= PERP__SAME_DIRECTION;
     for (int32_t i = 0; i < f->n && holds; i++) {
-        double terms = fabs(f->d[i]), size = fabs(f->b[i]) + fabs(f->question.tau[i]);
+        const double *size = f->linear.u_size + i; /* and of N behind those */
+        const double bound = fabs(N[i]) + PERP__SAME_DIRECTION * size[f->n];
 
-        if (a->pattern[i] != PERP_LOAD_STICK)
-            continue;
-        for (int32_t j = 0; j < f->n; j++) {
-            terms += fabs(f->C[at(f, i, j)] * a->middle[j]);
-            size += fabs(f->A[at(f, i, j)] * a->middle[j]);
-        }
-        holds = fabs(friction[i]) <=
-                f->question.mu_stick[i] * (fabs(N[i]) + PERP__SAME_DIRECTION * terms) +
-                    PERP__SAME_DIRECTION * size;
+        holds =
+            a->pattern[i] != PERP_LOAD_STICK ||
+            fabs(friction[i]) <= f->question.mu_stick[i] * bound + PERP__SAME_DIRECTION * size[0];
     }
     if (holds) {
         perp__answers_keep(&f->answers, a);

@@ -38,7 +38,11 @@ static const perp__field settings_fields[] = {
 
 static PERP__SETTINGS_READER(read_settings, perp_load_settings, settings_fields, PERP_OK)
 
-    static const perp__field sizes[] = {PERP__INTEGER(perp_load_system, n, 1, 20000)};
+    static const perp__field numbers[] = {
+        PERP__INTEGER(perp_load_system, n, 1, 20000),
+        PERP__REAL(perp_load_system, stiffness, "()", 0, INFINITY),
+        PERP__REAL(perp_load_system, damping, "[)", 0, INFINITY),
+};
 
 /* ---- the system ---------------------------------------------------------------------------- */
 
@@ -61,7 +65,6 @@ static perp_status take(perp_load_friction *f, const perp_load_system *system)
     PERP__THEN(status, perp__copy_vector(context, "d", f->n, f->d, system->d));
     PERP__THEN(status, perp__copy_coefficients(context, f->n, f->mu, f->mu_static, system->mu,
                                                system->mu_static));
-    PERP__THEN(status, perp__check_compliance(context, system->stiffness, system->damping));
     PERP__THEN(status, perp__check_inertia(context, "normal_inertia", f->n, f->S, f->work));
     PERP__THEN(status, perp__check_inertia(context, "A", f->n, f->A, f->work));
     if (status != PERP_OK)
@@ -139,7 +142,7 @@ static perp_status read_system(perp_context *context, perp_load_system *read,
 
     perp_load_system_init(read, sizeof *read);
     PERP__THEN(status, PERP__READ(perp_load_system, context, read, system));
-    return status == PERP_OK ? PERP__CHECK_FIELDS(context, "system", read, sizes) : status;
+    return status == PERP_OK ? PERP__CHECK_FIELDS(context, "system", read, numbers) : status;
 }
 
 /* A handle with a system. */
@@ -160,11 +163,9 @@ static perp_status make(perp_context *context, perp_load_friction **made,
         perp__linear *p = &f->linear;
 
         f->pattern.side = f->pattern.mode + f->n;
-        f->A_view.rows = f->A_view.columns = f->n;
-        f->A_view.row_stride = 1;
+        f->A_view = (perp__matrix){.rows = f->n, .columns = f->n, .row_stride = 1, .values = f->A};
         f->A_view.column_stride = (size_t)f->n;
         f->C_view = f->A_view;
-        f->A_view.values = f->A;
         f->C_view.values = f->C;
         p->block[0] = f->A;
         p->block[1] = f->C;
@@ -232,13 +233,10 @@ perp_status perp_load_friction_set(perp_load_friction *friction, const perp_load
 /* ---- questions ----------------------------------------------------------------------------- */
 
 perp_status perp__friction_solve(perp_load_friction *f, perp_load_summary *summary,
-                                 const double *tau, const double *velocity)
+                                 const double *velocity)
 {
     const size_t n = (size_t)f->n;
 
-    if (tau != f->tau)
-        memcpy(f->tau, tau, n * sizeof *tau);
-    f->question.tau = f->tau;
     memset(f->question.stop, 0, n * sizeof *f->question.stop);
     memset(f->question.before, 0, n);
     memcpy(f->question.mu_stick, f->mu_static, n * sizeof *f->mu_static);
@@ -259,7 +257,10 @@ perp_status perp_load_friction_solve(perp_load_friction *friction, perp_load_sum
     status = PERP__CHECK(perp_load_summary, f->context, summary);
     PERP__THEN(status, perp__check_vector(f->context, "tau", tau, (size_t)f->n));
     PERP__THEN(status, perp__check_vector(f->context, "velocity", velocity, (size_t)f->n));
-    PERP__THEN(status, perp__friction_solve(f, &own, tau, velocity));
+    if (status == PERP_OK) {
+        memcpy(f->tau, tau, (size_t)f->n * sizeof *tau);
+        status = perp__friction_solve(f, &own, velocity);
+    }
     if (status == PERP_OK)
         perp__struct_write(summary, &own, sizeof own);
     return perp__leave(f->context, status);

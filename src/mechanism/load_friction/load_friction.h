@@ -17,10 +17,10 @@ typedef struct perp__friction_pattern {
                      (mu_i = 0, sticks) */
 } perp__friction_pattern;
 
-/* The question: which x = q'' solve A x + b + f = tau, where coordinate i moves with sign[i], or,
- * sign[i] = 0, sticks at x_i = stop[i] with |f_i| <= mu_stick[i] |N_i|, or slides away. */
+/* The question: which x = q'' solve A x + b + f = tau, that of the handle, where coordinate i moves
+ * with sign[i], or, sign[i] = 0, sticks at x_i = stop[i] with |f_i| <= mu_stick[i] |N_i|, or slides
+ * away. */
 typedef struct perp__friction_question {
-    const double *tau;
     int8_t *sign;
     double *stop;     /* 0 at rest; in a step, -v_i / h */
     double *mu_stick; /* static friction at rest; in a step that of the motion before */
@@ -78,12 +78,9 @@ int32_t perp__friction_holds_answer(void *user, perp__answer *outer, const perp_
 /* Answers all patterns, or what a search finds. Answers are sorted and labelled. */
 perp_status perp__friction_answer_all(perp_load_friction *f, perp_load_summary *summary);
 
-/* The same to the question of forward dynamics: tau, and the signs of velocity. */
+/* The same to the question of forward dynamics, with f->tau and the signs of velocity. */
 perp_status perp__friction_solve(perp_load_friction *f, perp_load_summary *summary,
-                                 const double *tau, const double *velocity);
-
-/* perp_load_friction_uniqueness; velocity may be NULL. */
-void perp__friction_decide(perp_load_friction *f, perp_load_uniqueness *u, const double *velocity);
+                                 const double *velocity);
 
 /* The handle of a public call, entered. */
 perp_status perp__friction_enter(perp_load_friction *f);

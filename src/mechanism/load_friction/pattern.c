@@ -4,7 +4,6 @@
  *
  * and x_i = stop_i where they stick. Solved with complete pivoting and corrected by residuals in
  * doubled precision, then compared with what the pattern assumes. */
-#include <float.h>
 #include <math.h>
 
 #include "base/outcome.h"
@@ -35,7 +34,7 @@ static void find_residual(perp_load_friction *f)
     perp__multiply_doubled(&f->C_view, p->x, f->d, normal, f->normal_low);
     for (int32_t i = 0; i < f->n; i++) {
         const double t = p->slope[i];
-        double sum = f->question.tau[i], low = -(f->product_low[i] + t * f->normal_low[i]);
+        double sum = f->tau[i], low = -(f->product_low[i] + t * f->normal_low[i]);
 
         perp__accumulate(&sum, &low, -1.0, f->product[i]);
         perp__accumulate(&sum, &low, -t, normal[i]);

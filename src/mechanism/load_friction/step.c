@@ -8,18 +8,13 @@
 
 PERP__INIT(perp_load_step)
 
-typedef struct merit {
-    int32_t unstable; /* in this order, less is better */
-    int32_t signs;    /* normal forces of moving coordinates on another side than before */
-    int32_t starts;   /* coordinates that leave rest */
-    double energy;    /* x'A x */
-} merit;
-
+/* The best answer by, in this order: it is stable; fewer normal forces of moving coordinates are on
+ * another side than before; fewer coordinates leave rest; x'A x is less. */
 static const perp__answer *choose(const perp_load_friction *f, perp_load_step *own,
                                   const double *previous)
 {
     const perp__answer *a, *best = NULL;
-    merit least = {0, 0, 0, 0.0};
+    double least[4] = {INFINITY, 0.0, 0.0, 0.0};
     double divide = 0.0; /* of the sides of N: for one coordinate that of the unstable answer */
     int32_t index = 0;
 
@@ -28,22 +23,22 @@ static const perp__answer *choose(const perp_load_friction *f, perp_load_step *o
             divide = a->own[0];
     for (a = f->answers.first; a; a = a->next, index++) {
         const double *x = a->middle, *N = a->own;
-        merit m = {!a->stable, 0, 0, 0.0};
+        double merit[4] = {!a->stable, 0.0, 0.0, 0.0};
+        int32_t k = 0;
 
         for (int32_t i = 0; i < f->n; i++) {
             if (previous && f->question.before[i] != 0 && f->mu[i] > 0.0)
-                m.signs += (previous[i] - divide) * (N[i] - divide) < 0.0;
-            m.starts += f->question.before[i] == 0 && a->pattern[i] != PERP_LOAD_STICK;
+                merit[1] += (previous[i] - divide) * (N[i] - divide) < 0.0;
+            merit[2] += f->question.before[i] == 0 && a->pattern[i] != PERP_LOAD_STICK;
             for (int32_t j = 0; j < f->n; j++)
-                m.energy += x[i] * f->A[(size_t)i + (size_t)f->n * (size_t)j] * x[j];
+                merit[3] += x[i] * f->A[(size_t)i + (size_t)f->n * (size_t)j] * x[j];
         }
-        if (best && (m.unstable != least.unstable ? m.unstable > least.unstable
-                     : m.signs != least.signs     ? m.signs > least.signs
-                     : m.starts != least.starts   ? m.starts > least.starts
-                                                  : !(m.energy < least.energy)))
+        while (k < 3 && merit[k] == least[k])
+            k++;
+        if (!(merit[k] < least[k]))
             continue;
         best = a;
-        least = m;
+        memcpy(least, merit, sizeof least);
         own->chosen = index;
     }
     return best;
@@ -54,7 +49,7 @@ static perp_status run(perp_load_friction *f, double *next, double *normal, perp
 {
     const perp__answer *a, *taken;
     perp_load_summary summary;
-    perp_status status = perp__friction_solve(f, &summary, f->tau, velocity);
+    perp_status status = perp__friction_solve(f, &summary, velocity);
 
     if (status != PERP_OK)
         return status;
@@ -67,7 +62,6 @@ static perp_status run(perp_load_friction *f, double *next, double *normal, perp
             if (a->stable && velocity[i] * (velocity[i] + h * a->middle[i]) <= 0.0)
                 f->regular[i] = 1;
     /* 2. every coordinate may stop, at x = -v / h, or go on in either direction */
-    f->question.tau = f->tau;
     for (int32_t i = 0; i < f->n; i++) {
         const double v = velocity[i];
 

@@ -27,8 +27,7 @@ static void load_signed(const perp_load_friction *f, double *to, double unit)
 
     for (size_t j = 0; j < n; j++) {
         for (size_t i = 0; i < n; i++)
-            to[i + n * j] = f->pattern.side[j] < 0 ? -f->linear.system.K[i + n * j]
-                                                   : f->linear.system.K[i + n * j];
+            to[i + n * j] = copysign(1.0, f->pattern.side[j]) * f->linear.system.K[i + n * j];
         to[j + n * j] += unit;
     }
 }
@@ -119,7 +118,8 @@ static double find_radius(perp_load_friction *f)
     return bound;
 }
 
-void perp__friction_decide(perp_load_friction *f, perp_load_uniqueness *u, const double *velocity)
+/* velocity may be NULL. */
+static void decide(perp_load_friction *f, perp_load_uniqueness *u, const double *velocity)
 {
     const size_t n = (size_t)f->n;
     int32_t rests = 0, jump = 0;
@@ -186,7 +186,7 @@ perp_status perp_load_friction_uniqueness(perp_load_friction *friction,
     if (status == PERP_OK && velocity)
         status = perp__check_vector(friction->context, "velocity", velocity, (size_t)friction->n);
     if (status == PERP_OK) {
-        perp__friction_decide(friction, &own, velocity);
+        decide(friction, &own, velocity);
         perp__struct_write(uniqueness, &own, sizeof own);
     }
     return perp__leave(friction->context, status);
@@ -204,7 +204,7 @@ static perp_status examine(perp_load_friction *f, perp_load_inverse *own, const 
     double least = INFINITY;
     perp_load_uniqueness unique;
     perp_load_summary summary;
-    const perp_status status = perp__friction_solve(f, &summary, f->tau, velocity);
+    const perp_status status = perp__friction_solve(f, &summary, velocity);
 
     if (status != PERP_OK)
         return status;
@@ -221,7 +221,7 @@ static perp_status examine(perp_load_friction *f, perp_load_inverse *own, const 
     own->stable = wanted && wanted->stable;
     own->flutter = wanted && wanted->flutter;
     if (!own->exhaustive) {
-        perp__friction_decide(f, &unique, velocity);
+        decide(f, &unique, velocity);
         own->exhaustive = unique.verdict == PERP_LOAD_UNIQUE;
     }
     own->reason = summary.families > 0     ? PERP_LOAD_IN_FAMILY

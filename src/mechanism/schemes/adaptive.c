@@ -189,7 +189,8 @@ static perp_status take(perp__run *run, perp__adaptive *a, double t, double h)
                 m->trial.r[m->starts[j]] = fmax(m->trial.r[m->starts[j]], 0.0);
         memcpy(a->moved, m->trial.q, (size_t)m->coordinates * sizeof *a->moved);
         memset(a->difference, 0, (size_t)m->n * sizeof *a->difference);
-        status = perp__evaluate_move(m, m->trial.q, a->moved, 0.0, a->difference); /* normalised */
+        status = perp__evaluate_move(m, m->trial.q, a->moved, a->moved, 0.0,
+                                     a->difference); /* normalised */
         PERP__THEN(status, perp__project(m, &a->second, &m->trial, t));
     }
     if (status == PERP_OK)
@@ -340,7 +341,6 @@ perp_status perp__run_adaptive(perp__run *run, double t1, double h)
     a->proper = 0.0;
     a->order = settings->scheme == PERP_MECHANISM_THETA && settings->theta == 0.5 ? 2 : 1;
     a->started = a->refused = a->plans = a->cut = 0;
-    a->searched = 0;
     run->result.error = 0.0;
     memset(m->apart, 1, (size_t)m->contacts * sizeof *m->apart);
     status = perp__evaluate_force(m, a->force[0], run->t, m->now.q, m->now.v);

@@ -72,6 +72,8 @@ perp_status perp__adaptive_scale(perp_mechanism *m, perp__adaptive *a, double t)
 perp_status perp__adaptive_estimate(perp_mechanism *m, perp__adaptive *a, double t, double h);
 
 /* ---- adaptive_impact.c ---- */
+/* What may be wrong with the gap of contact j, with m->begin. */
+double perp__adaptive_uncertainty(const perp_mechanism *m, const perp__adaptive *a, int32_t j);
 /* a->event, of a step with all three, where a gap closes in it. */
 void perp__adaptive_look_for_impact(perp_mechanism *m, perp__adaptive *a, double h);
 /* At m->now: the impact there, if there is one, and m->apart of the next step. looked:
@@ -101,7 +103,7 @@ perp_status perp__adaptive_find_forces(perp_mechanism *m, perp__adaptive *a, dou
                                        const perp__motion *state, const int8_t *does);
 
 /* ---- adaptive_jam.c ---- */
-/* a->jam, and a->event, of a step with all three. */
+/* a->jam, which is -1, and a->event, of a step with all three. */
 perp_status perp__adaptive_look_for_jam(perp_mechanism *m, perp__adaptive *a, double h);
 /* The jam of contact a->jam at (t, to): v, r and u after it. */
 perp_status perp__adaptive_jam(perp_mechanism *m, perp__adaptive *a, perp_mechanism_step *step,

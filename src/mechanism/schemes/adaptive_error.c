@@ -39,7 +39,8 @@ static perp_status scale_by_force(perp_mechanism *m, perp__adaptive *a, const do
     perp_status status;
 
     perp__solve_mass(m, &m->begin, acceleration, force);
-    a->speed_scale = fmax(a->speed_scale, a->unit * perp__speed(m, &m->begin, acceleration));
+    a->speed_scale =
+        fmax(a->speed_scale, a->unit * perp__energy_norm(m, &m->begin, a->scratch, acceleration));
     status = perp__evaluate_rate(m, a->rate, m->now.q, acceleration);
     widen(m, a->scale, a->rate, a->unit * a->unit);
     return status;
@@ -59,7 +60,8 @@ perp_status perp__adaptive_scale(perp_mechanism *m, perp__adaptive *a, double t)
         status = status == PERP_OK ? scale_by_force(m, a, a->force[1]) : status;
     }
     for (int32_t i = 0; i < 3 && status == PERP_OK; i++) {
-        a->speed_scale = fmax(a->speed_scale, perp__speed(m, &m->begin, states[i]->v));
+        a->speed_scale =
+            fmax(a->speed_scale, perp__energy_norm(m, &m->begin, a->scratch, states[i]->v));
         widen(m, a->scale, states[i]->q, 1.0);
         status = perp__evaluate_rate(m, a->rate, states[i]->q, states[i]->v);
         widen(m, a->scale, a->rate, a->unit);

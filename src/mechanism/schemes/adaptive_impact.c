@@ -10,8 +10,7 @@
 #include <math.h>
 #include <string.h>
 
-/* What may be wrong with the gap of contact j, with m->begin. */
-static double uncertainty(const perp_mechanism *m, const perp__adaptive *a, int32_t j)
+double perp__adaptive_uncertainty(const perp_mechanism *m, const perp__adaptive *a, int32_t j)
 {
     return fmax(m->settings.error * perp__gap_size(m, &m->begin, m->starts[j], a->scale),
                 perp__gap_rounding(m, &m->begin, m->starts[j], m->now.q));
@@ -23,14 +22,15 @@ void perp__adaptive_look_for_impact(perp_mechanism *m, perp__adaptive *a, double
     const double length = 0.5 * h;
 
     for (int32_t j = 0; j < m->contacts; j++) {
-        const int32_t row = m->starts[j], first = a->gap[1][j] < -uncertainty(m, a, j);
+        const int32_t row = m->starts[j],
+                      first = a->gap[1][j] < -perp__adaptive_uncertainty(m, a, j);
         const double end = a->gap[2][j] + weight * (a->gap[2][j] - a->gap[0][j]);
         const double deep = first ? -a->gap[1][j] : -end;
         const double open = fmax(first ? a->open[j] : a->gap[1][j], 0.0);
         const double u = first ? m->half.u[row] : m->next.u[row];
         double bend, late;
 
-        if (!m->apart[j] || !(deep > uncertainty(m, a, j)))
+        if (!m->apart[j] || !(deep > perp__adaptive_uncertainty(m, a, j)))
             continue;
         /* the parabola of the half step's gaps and its last speed */
         bend = 4.0 * deep * (open + deep + u * length) / (length * length);
@@ -45,14 +45,15 @@ void perp__adaptive_look_for_impact(perp_mechanism *m, perp__adaptive *a, double
 /* Whether contact j, whose gap changes at this speed, counts as closed in m->now. */
 static int32_t touches(const perp_mechanism *m, const perp__adaptive *a, int32_t j, double speed)
 {
-    return m->begin.gap[j] <= fmax(uncertainty(m, a, j), -speed * a->shortest);
+    return m->begin.gap[j] <= fmax(perp__adaptive_uncertainty(m, a, j), -speed * a->shortest);
 }
 
 /* Whether contact j, leaving at this speed, comes back from no higher than what may be wrong with
  * q, by the accelerations of perp__adaptive_look_at_start(). */
 static int32_t stays(const perp_mechanism *m, const perp__adaptive *a, int32_t j, double speed)
 {
-    return a->known && speed * speed <= -2.0 * m->answer.u[m->starts[j]] * uncertainty(m, a, j);
+    return a->known &&
+           speed * speed <= -2.0 * m->answer.u[m->starts[j]] * perp__adaptive_uncertainty(m, a, j);
 }
 
 /* Takes the impact of what touches. */
@@ -114,7 +115,8 @@ perp_status perp__adaptive_meet(perp__run *run, perp__adaptive *a, int32_t looke
     looked |= hits;
     memcpy(a->open, m->begin.gap, (size_t)m->contacts * sizeof *a->open);
     for (int32_t j = 0; j < m->contacts; j++) {
-        const double gap = a->open[j], wrong = uncertainty(m, a, j), speed = u[m->starts[j]];
+        const double gap = a->open[j], wrong = perp__adaptive_uncertainty(m, a, j),
+                     speed = u[m->starts[j]];
         const int32_t remains = looked ? stays(m, a, j, speed) : !m->apart[j];
 
         m->apart[j] = m->two_sided[j] == 0 && a->does[0][j] == PERP__FREE && gap >= -wrong &&

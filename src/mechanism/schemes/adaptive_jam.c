@@ -47,7 +47,6 @@ perp_status perp__adaptive_look_for_jam(perp_mechanism *m, perp__adaptive *a, do
     double first = INFINITY;
     perp_status status;
 
-    a->jam = -1;
     /* 1. the first contact that comes to p = 0 in the step, and has not let go before */
     for (int32_t j = 0; j < m->contacts; j++) {
         const double p = a->inertia[0][j], p_1 = a->inertia[1][j], p_2 = a->inertia[2][j];

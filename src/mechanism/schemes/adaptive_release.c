@@ -21,12 +21,6 @@
 
 /* ---- what the steps say ---------------------------------------------------------------------- */
 
-/* Whether a gap is below what may be wrong with q. */
-static int32_t is_near(const perp_mechanism *m, const perp__adaptive *a, int32_t row, double gap)
-{
-    return gap <= m->settings.error * perp__gap_size(m, &m->begin, row, a->scale);
-}
-
 /* What a contact that is closed, or a dry group, does with these forces. */
 static int8_t held(const perp_mechanism *m, int32_t j, int32_t sticks, const double *r)
 {
@@ -51,7 +45,7 @@ static void read_state(const perp_mechanism *m, const perp__adaptive *a, const p
         if (!closed && state->holds[m->starts[j]]) {
             const double u = state->u[m->starts[j]];
 
-            closed = u == 0.0 || (u < 0.0 && is_near(m, a, m->starts[j], -u * a->length));
+            closed = u == 0.0 || (u < 0.0 && -u * a->length <= perp__adaptive_uncertainty(m, a, j));
         }
         does[j] = closed ? held(m, j, state->modes[j] == PERP_MECHANISM_STICK, state->r)
                          : (int8_t)PERP__FREE;
@@ -181,7 +175,7 @@ static perp_status look(perp_mechanism *m, perp__adaptive *a, double t, const pe
                 held(m, j, after[j] == PERP__STICKS && !starts(m, a, m->tangent[j], m->tangents[j]),
                      m->answer.r);
         if ((after[j] & PERP__HOLD) <= (does[j] & PERP__HOLD) ||
-            (does[j] == PERP__FREE && is_near(m, a, m->starts[j], m->begin.gap[j])))
+            (does[j] == PERP__FREE && m->begin.gap[j] <= perp__adaptive_uncertainty(m, a, j)))
             does[j] = after[j];
     }
     return status == PERP__OUTSIDE ? PERP_OK : status; /* differences reach further than steps */
@@ -390,8 +384,7 @@ perp_status perp__adaptive_look_at_start(perp_mechanism *m, perp__adaptive *a, d
             const int32_t row = m->starts[j];
             const double speed = PERP__NOTHING * perp__row_size(m, &m->begin, row, now->v);
 
-            touches = (is_near(m, a, row, m->begin.gap[j]) ||
-                       m->begin.gap[j] <= perp__gap_rounding(m, &m->begin, row, now->q)) &&
+            touches = m->begin.gap[j] <= perp__adaptive_uncertainty(m, a, j) &&
                       fabs(now->u[row]) <= speed;
         }
         if (touches)

@@ -95,8 +95,8 @@ perp_status perp__finish_step(perp_mechanism *m, perp__motion *to, perp_mechanis
     perp_status status = PERP_OK;
     const perp__motion *answer = &m->answer;
 
-    if (perp__outcome_moves(m->answer.outcome))
-        step->impacts = perp__count_impacts(m, &m->answer);
+    for (int32_t j = 0; j < m->contacts && perp__outcome_moves(answer->outcome); j++)
+        step->impacts += perp__is_impact(m, answer, j);
     if (step->impacts > 0)
         status = perp__solve_impacts(m, problem);
     if (status != PERP_OK)
@@ -139,7 +139,7 @@ perp_status perp__advance_frozen(perp_mechanism *m, perp__motion *to, perp_mecha
 
     PERP__THEN(status, find_answer(m, step, &problem, from));
     if (status == PERP_OK && perp__outcome_moves(m->answer.outcome))
-        status = perp__evaluate_move(m, to->q, from->q, from->h, m->answer.v);
+        status = perp__evaluate_move(m, to->q, from->q, from->q, from->h, m->answer.v);
     return status == PERP_OK ? perp__finish_step(m, to, step, from->t + from->h, &problem) : status;
 }
 

@@ -21,7 +21,6 @@
 #include <string.h>
 
 #include "base/context.h"
-#include "linalg/blas.h"
 
 struct perp__implicit {
     PERP__WORK;
@@ -61,7 +60,7 @@ static double curvature_of(const perp_mechanism *m, perp__implicit *s, int32_t r
  * mean that v is outside, too; only an abort ends the step. */
 static perp_status evaluate(perp_mechanism *m, perp__implicit *s, const double *v)
 {
-    perp_status status = perp__evaluate_move(m, s->q, s->from.q, s->from.h, v);
+    perp_status status = perp__evaluate_move(m, s->q, s->from.q, s->from.q, s->from.h, v);
 
     PERP__THEN(status, perp__evaluate_all(m, &m->end, s->from.t + s->from.h, s->q, v));
     if (status == PERP_ERROR_NOT_FINITE || status == PERP_ERROR_ARGUMENT) {
@@ -116,8 +115,8 @@ static void balance(const perp_mechanism *m, perp__implicit *s, double *to, cons
 static perp_status find_matrix(perp_mechanism *m, perp__implicit *s, int32_t *found)
 {
     const size_t n = (size_t)m->n;
-    const double speed =
-        fmax(perp__speed(m, &m->begin, s->from.v), perp__speed(m, &m->begin, s->v));
+    const double speed = fmax(perp__energy_norm(m, &m->begin, s->x, s->from.v),
+                              perp__energy_norm(m, &m->begin, s->x, s->v));
     perp_status status = PERP_OK;
 
     balance(m, s, s->left, s->v);
@@ -252,7 +251,7 @@ perp_status perp__advance_implicit(perp_mechanism *m, perp__motion *to, perp_mec
         m->end.drift[i] -= s->curvature[i];
         answer->u[i] -= s->curvature[i];
     }
-    PERP__THEN(status, perp__evaluate_move(m, to->q, from->q, from->h, answer->v));
+    PERP__THEN(status, perp__evaluate_move(m, to->q, from->q, from->q, from->h, answer->v));
     if (status != PERP_OK)
         return status;
     step->scheme = PERP_MECHANISM_IMPLICIT;

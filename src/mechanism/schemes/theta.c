@@ -22,8 +22,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "linalg/blas.h"
-
 /* Velocities that change by more than this share are followed by the rows of the end. */
 #define CHANGED 0.05
 
@@ -75,7 +73,7 @@ static perp_status evaluate_geometry(perp_mechanism *m, perp__theta *w)
         w->v[i] = w->from.v[i] + w->from.h * m->acceleration[i];
     memcpy(w->at, w->from.q, (size_t)m->coordinates * sizeof *w->at);
     if (ahead > 0.0)
-        status = perp__evaluate_move(m, w->at, w->from.q, ahead * w->from.h, w->from.v);
+        status = perp__evaluate_move(m, w->at, w->from.q, w->from.q, ahead * w->from.h, w->from.v);
     PERP__THEN(status, perp__evaluate_mass(m, &m->begin, w->at));
     if (status == PERP__OUTSIDE)
         status = perp__evaluate_mass(m, &m->begin, w->from.q);
@@ -86,7 +84,7 @@ static perp_status evaluate_geometry(perp_mechanism *m, perp__theta *w)
     /* 2. the rows at the predicted end, or at the start alike */
     for (int32_t i = 0; i < m->n; i++)
         w->middle[i] = 0.5 * (w->from.v[i] + w->v[i]);
-    status = perp__evaluate_move(m, w->q, w->from.q, w->from.h, w->middle);
+    status = perp__evaluate_move(m, w->q, w->from.q, w->from.q, w->from.h, w->middle);
     PERP__THEN(status, perp__evaluate_rows(m, &m->end, t, w->q, w->v));
     if (status == PERP__OUTSIDE)
         status = perp__evaluate_rows(m, &m->end, t, w->from.q, w->v);
@@ -117,16 +115,17 @@ static perp_status evaluate_geometry(perp_mechanism *m, perp__theta *w)
 /* q := where the velocities lead. N is taken between start and end. */
 static perp_status move(perp_mechanism *m, perp__theta *w, double *q, const double *v)
 {
-    const double theta = m->settings.theta;
+    const double theta = m->settings.theta, *at = w->from.q;
     perp_status status = PERP_OK;
 
     for (int32_t i = 0; i < m->n; i++)
         w->middle[i] = theta * v[i] + (1.0 - theta) * w->from.v[i];
-    if (!m->model.kinematics || theta == 1.0)
-        return perp__evaluate_move(m, q, w->from.q, w->from.h, w->middle);
-    status = perp__evaluate_move(m, w->at, w->from.q, (1.0 - theta) * w->from.h, w->middle);
-    return status == PERP_OK ? perp__evaluate_move_at(m, q, w->from.q, w->at, w->from.h, w->middle)
-                             : status;
+    if (m->model.kinematics && theta < 1.0) {
+        status = perp__evaluate_move(m, w->at, w->from.q, at, (1.0 - theta) * w->from.h, w->middle);
+        at = w->at;
+    }
+    PERP__THEN(status, perp__evaluate_move(m, q, w->from.q, at, w->from.h, w->middle));
+    return status;
 }
 
 /* w->q := q0 moved by h N (theta v + (1 - theta) v0), and w->force := k there. */
@@ -134,8 +133,8 @@ static perp_status find_force(perp_mechanism *m, perp__theta *w, const double *v
 {
     perp_status status = move(m, w, w->q, v);
 
-    return status == PERP_OK ? perp__evaluate_force(m, w->force, w->from.t + w->from.h, w->q, v)
-                             : status;
+    PERP__THEN(status, perp__evaluate_force(m, w->force, w->from.t + w->from.h, w->q, v));
+    return status;
 }
 
 /* w->A := M - h theta sym(dk/dv + h theta dk/dq N), by differences about the iterate, and w->terms
@@ -402,7 +401,7 @@ perp_status perp__advance_theta(perp_mechanism *m, perp__motion *to, perp_mechan
     if (status != PERP_OK)
         return status;
     if (jumps(m)) /* there is no mean: those after the jump stop at the contact */
-        status = perp__evaluate_move(m, to->q, from->q, from->h, m->answer.v);
+        status = perp__evaluate_move(m, to->q, from->q, from->q, from->h, m->answer.v);
     else
         memcpy(to->q, w->q, (size_t)m->coordinates * sizeof *to->q);
     if (status != PERP_OK)
