@@ -264,7 +264,7 @@ static perp_status find_inside(perp__statics *s, perp__statics_answer *answer,
             s->doubled &= !again;
         }
     } while (again);
-    if (dropped && *end == PERP__STATICS_FOUND)
+    if (dropped && *end != PERP__STATICS_PROVED)
         answer->margin = 0.0; /* of those that carry nothing */
     return status;
 }
