@@ -22,7 +22,7 @@
  * largest that doubles tell the forces beside; the gap of proofs that it is too large, and so what
  * a step down to the next leaves, besides its square; and the last step, which is that square. */
 #define FAR 1024.0
-#define FARTHEST (FAR * FAR)
+#define FARTHEST (FAR * FAR * FAR)
 #define NEAR 1e-4
 #define LAST (NEAR * NEAR / 2.0)
 
@@ -312,47 +312,31 @@ static perp_status carry(perp__statics *s, perp__statics_answer *answer,
     return is_loaded(s) ? find_inside(s, answer, aim, end) : PERP_OK;
 }
 
-/* A load that is carried alone is so with all factors above one with which it is carried beside the
- * forces: 0, 1, or one that is as large as doubles tell the forces beside it. */
-static perp_status find_any_factor(perp__statics *s, perp__statics_answer *answer,
-                                   const perp__statics_aim *aim, const double *forces, double unit)
-{
-    const double size = perp__largest(forces, s->rows->nodes * s->rows->width);
-    const double factors[] = {0.0, unit, fmin(FARTHEST * size, 0.25 * DBL_MAX)};
-    perp__statics_answer other = {0};
-    perp_status status = PERP_OK;
-
-    for (int32_t k = 0; k < 3 && status == PERP_OK && isnan(answer->safety); k++) {
-        perp__statics_end end;
-
-        status = carry(s, &other, aim, forces, factors[k], s->c, &end);
-        if (status == PERP_OK && end == PERP__STATICS_FOUND)
-            answer->safety = INFINITY;
-    }
-    return status;
-}
-
 /* The largest factor of the load, by proofs that larger ones fall: v'(forces + a load), with what
  * bounds add, is linear in a, and where it is 0 is the next one to ask. This is Newton's method on
  * the margin, a concave function of a; where no proof is left is the largest factor. The first v,
- * in s->y, is that of the load alone. Where no rows answer, at most one factor is carried, and 0 is
- * the only one of which doubles can tell. */
+ * in s->y, is that of the load alone. Of a load that is carried alone any factor is above one that
+ * is found. Where no rows answer, at most one is carried, and 0 is the only one that doubles can
+ * tell.
+ */
 static perp_status find_factor(perp__statics *s, perp__statics_answer *answer,
-                               const perp__statics_aim *aim, const double *forces, double unit)
+                               const perp__statics_aim *aim, const double *forces, int32_t carried)
 {
     const int32_t n = s->rows->nodes * s->rows->width;
-    const double size = perp__largest(forces, n);
+    const double size = perp__largest(forces, n), unit = perp__unit_of(perp__largest(aim->load, n));
     const double first = size > 0.0 ? fmin(FAR * size, 0.25 * DBL_MAX) : 1.0;
     const perp__statics_aim near = {aim->objective, aim->max_iterations, NEAR, NULL};
     perp__statics_answer other = {.v = s->g};
+    const double most = first * (carried ? FARTHEST : 1.0 / (DBL_EPSILON * DBL_EPSILON));
     double a = first, above = INFINITY, least;
     int32_t stood = 0;
 
+    for (int32_t i = 0; i < n; i++)
+        s->c[i] = aim->load[i] / unit;
     perp__statics_set_forces(s, forces, 0.0, s->c);
-    least = -FARTHEST * FAR * s->scale; /* beside it doubles do not tell these */
-    for (int32_t round = 0; isnan(answer->safety) && round < aim->max_iterations && a > least &&
-                            a * DBL_EPSILON * DBL_EPSILON < first;
-         round++) {
+    least = -FARTHEST * s->scale;
+    for (int32_t round = 0;
+         isnan(answer->safety) && round < aim->max_iterations && a > least && a < most; round++) {
         perp__statics_end end = PERP__STATICS_PROVED;
         perp_status status = PERP_OK;
 
@@ -377,6 +361,8 @@ static perp_status find_factor(perp__statics *s, perp__statics_answer *answer,
                 return PERP_OK;
             above = slope > 0.0 ? a : above;
             a = slope > 0.0 ? next : FAR * a;
+        } else if (carried && end == PERP__STATICS_FOUND) {
+            answer->safety = INFINITY;
         } else if (above < INFINITY) {
             const double rounding = PERP__ROUNDING_LIMIT * above;
 
@@ -440,7 +426,6 @@ perp_status perp__statics_decide(perp__statics *s, perp__statics_answer *answer,
     perp__statics_end end = PERP__STATICS_FOUND;
     perp__statics_aim plain = *aim;
     perp__statics_answer other = {0};
-    const int32_t n = s->rows->nodes * s->rows->width;
     perp_status status = PERP_OK;
 
     s->iterations = s->factored = 0;
@@ -454,19 +439,12 @@ perp_status perp__statics_decide(perp__statics *s, perp__statics_answer *answer,
     /* 1. The load's factor. */
     plain.gap = 0.0;
     if (aim->load) {
-        const double unit = perp__unit_of(perp__largest(aim->load, n));
-
         status = carry(s, &other, &plain, NULL, 1.0, aim->load, &end);
-        for (int32_t i = 0; i < n; i++)
-            s->c[i] = aim->load[i] / unit;
-        if (status == PERP_OK)
-            status = (end == PERP__STATICS_FOUND ? find_any_factor : find_factor)(s, answer, &plain,
-                                                                                  forces, unit);
+        PERP__THEN(status, find_factor(s, answer, &plain, forces, end == PERP__STATICS_FOUND));
     }
 
     /* 2. The verdict. */
-    if (status == PERP_OK)
-        status = carry(s, answer, aim, forces, 1.0, aim->load, &end);
+    PERP__THEN(status, carry(s, answer, aim, forces, 1.0, aim->load, &end));
     if (status == PERP_OK && end == PERP__STATICS_FOUND && is_loaded(s) &&
         aim->objective == PERP_STATICS_LEAST)
         find_least(s, answer, aim);
