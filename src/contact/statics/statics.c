@@ -316,9 +316,7 @@ static perp_status carry(perp__statics *s, perp__statics_answer *answer,
  * bounds add, is linear in a, and where it is 0 is the next one to ask. This is Newton's method on
  * the margin, a concave function of a; where no proof is left is the largest factor. The first v,
  * in s->y, is that of the load alone. Of a load that is carried alone any factor is above one that
- * is found. Where no rows answer, at most one is carried, and 0 is the only one that doubles can
- * tell.
- */
+ * is found. Where no rows answer, at most one is carried; 0 is the only one that doubles tell. */
 static perp_status find_factor(perp__statics *s, perp__statics_answer *answer,
                                const perp__statics_aim *aim, const double *forces, int32_t carried)
 {
@@ -329,22 +327,21 @@ static perp_status find_factor(perp__statics *s, perp__statics_answer *answer,
     perp__statics_answer other = {.v = s->g};
     const double most = first * (carried ? FARTHEST : 1.0 / (DBL_EPSILON * DBL_EPSILON));
     double a = first, above = INFINITY, least;
+    perp_status status = PERP_OK;
     int32_t stood = 0;
 
     for (int32_t i = 0; i < n; i++)
         s->c[i] = aim->load[i] / unit;
     perp__statics_set_forces(s, forces, 0.0, s->c);
     least = -FARTHEST * s->scale;
-    for (int32_t round = 0;
-         isnan(answer->safety) && round < aim->max_iterations && a > least && a < most; round++) {
+    for (int32_t round = 0; status == PERP_OK && isnan(answer->safety) &&
+                            round < aim->max_iterations && a > least && a < most;
+         round++) {
         perp__statics_end end = PERP__STATICS_PROVED;
-        perp_status status = PERP_OK;
 
         perp__statics_set_forces(s, forces, a, s->c);
         if (round > 0 || !perp__statics_prove(s, &other, s->y))
             status = find_inside(s, &other, &near, &end);
-        if (status != PERP_OK)
-            return status;
         if (end == PERP__STATICS_PROVED && other.margin == -INFINITY) {
             status = carry(s, &other, aim, forces, 0.0, s->c, &end);
             if (status == PERP_OK && end == PERP__STATICS_FOUND)
@@ -358,7 +355,7 @@ static perp_status find_factor(perp__statics *s, perp__statics_answer *answer,
             if (slope > 0.0 && a - next <= LAST * fabs(a))
                 answer->safety = next / unit;
             if (!(slope > 0.0) && above < INFINITY) /* smaller ones fall, too */
-                return PERP_OK;
+                return status;
             above = slope > 0.0 ? a : above;
             a = slope > 0.0 ? next : FAR * a;
         } else if (carried && end == PERP__STATICS_FOUND) {
@@ -374,7 +371,7 @@ static perp_status find_factor(perp__statics *s, perp__statics_answer *answer,
             a *= FAR;
         }
     }
-    return PERP_OK;
+    return status;
 }
 
 /* The impulses in the caller's unit. Returns their least room in a cone; or -1 where doubles have
