@@ -176,9 +176,9 @@ typedef struct perp_mechanism_settings {
     int32_t reserved;   /* 0 */
     double overlap;     /* penetration and |c| that a run may have at the end of a step, in the
                            model's units: with more its outcome is stalled, though it goes on; 0
-                           (default): with `project` 1e-3 of the largest sum |J_i| times the largest
-                           |q| so far, or what there was at the start if that is more; without it
-                           any */
+                           (default): with `project` 1e-3, or `error` if that is more, of the largest
+                           sum |J_i| times the largest |q| so far, or what there was at the start;
+                           without it any */
 } perp_mechanism_settings;
 
 /* One step. */

@@ -68,7 +68,7 @@ typedef struct perp_statics_result {
                            forces. 0 also where contacts can carry nothing at all (a flush
                            neighbour that nothing presses) */
     double safety;      /* the largest factor with which `load` is carried beside f, to 1e-8; inf
-                           where every factor is; NaN without a load, where no factor is, or where
+                           where no factor is too large; NaN without a load, where no factor is, or where
                            the only one is known to rounding alone */
     double unbalance;   /* of the impulses returned: the largest |f + H'r + G's| of a body over the
                            largest sum of its terms' sizes; of a body that no force pushes, over at

@@ -43,8 +43,7 @@ static double size_of_gaps(perp__run *run, const double *q)
     const perp_mechanism *m = run->m;
     double most = 0.0;
 
-    for (int32_t i = 0; i < m->coordinates; i++)
-        run->largest = fmax(run->largest, fabs(q[i]));
+    perp__raise_to(&run->largest, perp__largest(q, m->coordinates));
     for (int32_t row = 0; row < m->contact_rows + m->bilateral; row++) {
         double sum = 0.0;
 
@@ -79,10 +78,11 @@ static int32_t overlaps(perp__run *run, const perp_mechanism_step *step, const d
 {
     const perp_mechanism_settings *settings = &run->m->settings;
     const double found = fmax(step->penetration, step->drift);
+    const double part = fmax(PERP__LITTLE, settings->error); /* gaps close within `error` */
 
     if (settings->overlap > 0.0)
         return found > settings->overlap;
-    return settings->project && found > fmax(PERP__LITTLE * size_of_gaps(run, q), run->overlaps);
+    return settings->project && found > fmax(part * size_of_gaps(run, q), run->overlaps);
 }
 
 perp_status perp__run_take(perp__run *run, const perp__motion *next, double t, double h,

@@ -123,10 +123,8 @@ static int32_t is_stationary(const perp__newton_run *f)
 {
     const perp__ncp_model *m = f->model;
     const perp__matrix S = perp__ncp_view(m);
-    double phi = 0.0;
+    const double phi = perp__dot(f->phi, f->phi, m->n);
 
-    for (int32_t i = 0; i < m->n; i++)
-        phi += f->phi[i] * f->phi[i];
     for (int32_t j = 0; j < m->n; j++) {
         const perp__line l = perp__line_of(&S, j);
         const double g = f->gradient[j];

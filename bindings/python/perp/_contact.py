@@ -90,13 +90,21 @@ class ContactResult(SolverAnswer):
         return [(_plot.impulses, (normal, modes)), (_plot.cones, cone)]
 
 
+def _pair(value: Any, name: str, expected: str) -> Any:
+    try:
+        first, second = value
+    except (TypeError, ValueError):
+        raise _errors.argument_error(f"{name} is no pair, expected {expected}") from None
+    return first, second
+
+
 def _bounds(
     bounds: Optional[tuple[ArrayLike, ArrayLike]], rows: int
 ) -> tuple[Optional[Array], Optional[Array], int]:
     """Both bounds, and how many rows have them: as many as there are lower ones."""
     if bounds is None:
         return None, None, 0
-    low, high = (_arrays.real(x, "bounds") for x in bounds)
+    low, high = (_arrays.real(x, "bounds") for x in _pair(bounds, "bounds", "(lower, upper)"))
     if low.ndim != 1 or len(low) > rows:
         raise _errors.argument_error(
             f"bounds[0] has shape {low.shape}, but H has {rows} rows"
@@ -510,9 +518,9 @@ def contact(
     H.T r are determined, not r. Raises Error where the call itself did not make sense. Many
     problems with the same matrices, or sizes: ContactSolver.
     """
-    G, b = (None, None) if bilateral is None else bilateral
+    G, b = (None, None) if bilateral is None else _pair(bilateral, "bilateral", "(G, b)")
     load = _arrays.real(f, "f")
-    load = _arrays.vector(load, "f", len(load) if load.ndim == 1 else -1)
+    load = _arrays.vector(load, "f", len(load) if load.ndim == 1 else np.shape(H)[-1])
     shape = H.shape if _arrays.is_sparse(H) else _arrays.real(H, "H").shape
     if w is not None and len(shape) == 2:
         _arrays.vector(w, "w", shape[0])

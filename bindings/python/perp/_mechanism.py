@@ -225,8 +225,8 @@ class Mechanism(MechanismBase):
             of q and dt v so far; then steps are from shortest to longest (0: no limit).
         project: remove penetration, and the drift of bilateral constraints, after each step.
         overlap: penetration and |c| that a step may end with, in the model's units; with more the
-            run goes on, but its outcome is "stalled". 0: 1e-3 of what gaps are sums of, or as much
-            as at the start; with project=False any.
+            run goes on, but its outcome is "stalled". 0: 1e-3, or `error`, of what gaps are sums
+            of, or as much as at the start; with project=False any.
         select: which velocities a frozen step takes where its problem has several: "any" that the
             solver finds; "nearest" to those before, or the "freest" of impulses, of the stable
             ones of answers(). The last two look for all of them in every step.

@@ -24,7 +24,7 @@ def count(value: Optional[int], name: str) -> int:
     """Returns a limit as the library takes it: 0 for None, which is no limit of the caller's."""
     if value is None:
         return 0
-    if not 1 <= value <= INT32_MAX:
+    if not 1 <= value <= INT32_MAX or value != int(value):
         raise argument_error(f"{name} is {value}, expected None or 1 .. 2147483647")
     return int(value)
 
@@ -53,6 +53,7 @@ _CHECKED = {
     "time_limit": limit,
     "cone": cone_edges,
 }
+_REPORTED = {"polish", "patterns", "mprgp"}  # methods that only answers name
 _FLAGS = {"scaling", "polish", "crash", "project", "strict", "wakeful"}
 
 
@@ -66,9 +67,12 @@ def fill(settings: Structure, codes: dict[str, dict[Any, int]], **given: Any) ->
             value = _CHECKED[name](value, name)
         elif name in _FLAGS:
             value = 1 if value else 0
-        setattr(settings, name, value)
+        try:
+            setattr(settings, name, value)
+        except TypeError:
+            raise argument_error(f"{name} is {value!r}, expected a number") from None
 
 
 def numbers(words: dict[int, str]) -> dict[str, int]:
-    """The codes of words."""
-    return {word: number for number, word in words.items()}
+    """The codes of words that a caller may give."""
+    return {word: number for number, word in words.items() if word not in _REPORTED}

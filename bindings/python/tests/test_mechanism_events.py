@@ -346,3 +346,23 @@ def test_falling_rods_go_on(error):
         assert run.outcome == "solved" and run.t[-1] == 0.6, seed
         # beside m g l = 10 and kinetic energies of up to 5
         assert np.all(np.diff(energy) <= 100 * error), seed
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_gap_closes_within_an_error_of_any_size(seed):
+    """A ball that falls, bounces and flies on, in units of any size, with a rough error: v as in
+    closed form, to a few steps' errors, and the run is solved."""
+    rng = np.random.default_rng(seed)
+    unit, error = 10.0 ** rng.uniform(-3, 3), 10.0 ** rng.uniform(-3, -2)
+    height, e, v = unit * rng.uniform(0.1, 2), rng.uniform(0.3, 1), np.sqrt(G * unit) * rng.normal()
+    ball = perp.Mechanism(
+        1, force=[-G * unit], contacts=lambda q: ([q[0]], [[1.0]]), dim=1, restitution=e, law="newton"
+    )
+    speed = np.sqrt(v * v + 2 * G * unit * height)
+    hit = (v + speed) / (G * unit) + 2 * e * speed / (G * unit)  # the second time
+    back = e * e * speed
+    end = hit + back / (G * unit) * rng.uniform(0.1, 1.8)
+    for scheme in ("frozen", "implicit", "theta"):
+        run = ball.simulate([height], [v], end, end / 20, scheme=scheme, error=error)
+        assert run.outcome == "solved"
+        assert run.v[-1][0] == pytest.approx(back - G * unit * (end - hit), abs=10 * error * speed)

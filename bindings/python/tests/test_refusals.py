@@ -56,6 +56,9 @@ def with_entry(array, index, value):
         ({"pivot_rule": "bland"}, ["pivot_rule", "'harris'"]),
         ({"tol": 0.0}, ["tol"]),
         ({"tol": NAN}, ["tol"]),
+        ({"method": "polish"}, ["method", "'polish'", "'lemke'"]),
+        ({"tol": "small"}, ["tol", "'small'", "a number"]),
+        ({"max_iterations": 1.5}, ["max_iterations", "1.5"]),
         ({"time_limit": -1.0}, ["time_limit"]),
         ({"time_limit": 0.0}, ["time_limit"]),
         ({"time_limit": NAN}, ["time_limit"]),
@@ -166,3 +169,18 @@ def test_closed_solver():
     assert caught.value.name == "PERP_ERROR_HANDLE"
     with pytest.raises(perp.Error, match="closed"):
         problem.setup(M)
+
+
+@pytest.mark.parametrize(
+    "arguments, words",
+    [
+        ({"f": np.ones((3, 1))}, ["f has shape (3, 1), expected (3,)"]),
+        ({"f": None}, ["f has shape (), expected (3,)"]),
+        ({"bounds": [0]}, ["bounds", "(lower, upper)"]),
+        ({"bilateral": [1, 2, 3]}, ["bilateral", "(G, b)"]),
+    ],
+)
+def test_contacts_of_other_shapes(arguments, words):
+    with pytest.raises(perp.Error) as caught:
+        perp.contact(**{"M": np.eye(3), "f": np.ones(3), "H": np.eye(3), "mu": 0.5, **arguments})
+    assert all(word in str(caught.value) for word in words)

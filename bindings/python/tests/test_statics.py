@@ -399,6 +399,48 @@ def test_planar_problems_against_linear_programs(seed):
         assert math.isnan(safety) if found.status == 2 else safety == INF
 
 
+def few_rows(rng):
+    """Fewer rows than coordinates or more, with bounds; forces that rows may answer, and any load:
+    H, f, mu, bounds, load, of whole numbers."""
+    n, contacts, limits = (int(rng.integers(1, most)) for most in (6, 6, 4))
+    H = rng.integers(-2, 3, (2 * contacts + limits, n)).astype(float)
+    mu = rng.choice([0.1, 0.3, 0.5, 1, 3], contacts)
+    r = np.zeros(len(H))
+    r[: 2 * contacts : 2] = rng.integers(0, 4, contacts)
+    f = -H.T @ r if rng.random() < 0.5 else rng.integers(-3, 4, n).astype(float)
+    low, high = -rng.integers(0, 3, limits).astype(float), rng.integers(0, 3, limits).astype(float)
+    high[rng.random(limits) < 0.3] = INF
+    return H, f, mu, (low, high), rng.integers(-2, 3, n).astype(float)
+
+
+@pytest.mark.parametrize("first", range(0, 400, 100))
+def test_safety_of_any_load_against_linear_programs(first):
+    """The largest factor, none, or any: also of a load that rows answer with their bounds alone, or
+    that is carried though f is not, and where rows do not reach f or the load."""
+    told = {"number": 0, "nan": 0, "inf": 0}
+    for seed in range(first, first + 100):
+        H, f, mu, bounds, load = few_rows(np.random.default_rng(seed))
+        contacts, limits = len(mu), len(bounds[0])
+        r = perp.statics(H, f, mu, dim=2, load=load, bounds=bounds)
+        cones = sp.block_diag([[[m, 1.0], [m, -1.0]] for m in mu])
+        found = linprog(
+            [*np.zeros(len(H)), -1], A_ub=-sp.hstack([cones, sp.csc_matrix((2 * contacts, limits + 1))]),
+            b_ub=np.zeros(2 * contacts), A_eq=np.column_stack([H.T, load]), b_eq=-f,
+            bounds=[*[(None, None)] * (2 * contacts), *zip(*bounds), (None, None)], method="highs",
+        )  # fmt: skip
+        if found.status == 0 and not math.isnan(r.safety):
+            assert r.safety == pytest.approx(found.x[-1], rel=1e-6, abs=1e-6), seed  # HiGHS: 1e-7
+        elif found.status == 0:  # one factor alone, or one on the edge of all cones
+            assert r.margin < 1e-9, seed
+        elif found.status == 3 and r.safety != INF:  # only where the load alone is on the edge
+            alone = perp.statics(H[: 2 * contacts], load, mu, dim=2)
+            assert math.isnan(r.safety) and not (alone.stands and alone.margin > 1e-9), seed
+        elif found.status == 2:
+            assert math.isnan(r.safety), seed
+        told["nan" if math.isnan(r.safety) else "inf" if r.safety == INF else "number"] += 1
+    assert min(told.values()) >= 5
+
+
 def bodies_that_touch(rng):
     """Planar bodies, contacts between them and the ground, some without friction; forces near what
     these can carry."""

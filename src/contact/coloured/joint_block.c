@@ -5,6 +5,7 @@
 
 #include "base/context.h"
 #include "linalg/lanes/multiversion.h"
+#include "linalg/matrix.h"
 
 /* On a unit diagonal, between rounding, which a factor of 1 / RIDGE makes larger, and what the next
  * pass has to make up for: eps^(5/6). */
@@ -63,10 +64,8 @@ static void form_nodes(perp__joint_block *b)
     for (int32_t n = 0; n < b->rows; n++) {
         const int32_t node = b->lane[n] / PERP__NODE, l = b->lane[n] % PERP__NODE;
         const double *P = b->P + 16 * n;
-        double square = 0.0;
+        const double square = perp__dot(P, P, 16);
 
-        for (int32_t j = 0; j < 16; j++)
-            square += P[j] * P[j];
         b->scale[n] = !(square < INFINITY) ? NAN : square > 0.0 ? 1.0 / sqrt(square) : 0.0;
         if (l == 0)
             memset(f->P[node], 0, sizeof f->P[node]);

@@ -19,9 +19,10 @@
 #include "linalg/spatial.h"
 
 /* Of a load's factor: the first one, beside that which makes the load as large as the forces; the
- * gap of proofs that it is too large, and so what a step down to the next leaves, besides its
- * square; and the last step, which is that square. */
+ * largest that doubles tell the forces beside; the gap of proofs that it is too large, and so what
+ * a step down to the next leaves, besides its square; and the last step, which is that square. */
 #define FAR 1024.0
+#define FARTHEST (FAR * FAR * FAR)
 #define NEAR 1e-4
 #define LAST (NEAR * NEAR / 2.0)
 
@@ -243,7 +244,8 @@ static perp_status find_inside(perp__statics *s, perp__statics_answer *answer,
         }
         if (*end == PERP__STATICS_FOUND && !is_inside(s, answer))
             *end = PERP__STATICS_STUCK;
-        answer->margin = room;
+        if (!dropped || room > -INFINITY) /* else some rows alone do not answer the forces */
+            answer->margin = room;
         if (*end < PERP__STATICS_ENDED)
             break;
         if (first)
@@ -262,7 +264,7 @@ static perp_status find_inside(perp__statics *s, perp__statics_answer *answer,
             s->doubled &= !again;
         }
     } while (again);
-    if (dropped && *end == PERP__STATICS_FOUND)
+    if (dropped && *end != PERP__STATICS_PROVED)
         answer->margin = 0.0; /* of those that carry nothing */
     return status;
 }
@@ -294,34 +296,58 @@ static void find_least(perp__statics *s, perp__statics_answer *answer, const per
     s->doubled = doubled;
 }
 
+static int32_t is_loaded(const perp__statics *s)
+{
+    return (s->pushes && !s->recedes) || !perp__is_zero(s->b, s->rows->nodes * s->rows->width);
+}
+
+/* Decides about forces + factor load. No impulses are an answer where nothing asks for any. */
+static perp_status carry(perp__statics *s, perp__statics_answer *answer,
+                         const perp__statics_aim *aim, const double *forces, double factor,
+                         const double *load, perp__statics_end *end)
+{
+    perp__statics_set_forces(s, forces, factor, load);
+    memset(s->x, 0, (size_t)s->rows->size * sizeof *s->x);
+    *end = PERP__STATICS_FOUND;
+    return is_loaded(s) ? find_inside(s, answer, aim, end) : PERP_OK;
+}
+
 /* The largest factor of the load, by proofs that larger ones fall: v'(forces + a load), with what
  * bounds add, is linear in a, and where it is 0 is the next one to ask. This is Newton's method on
  * the margin, a concave function of a; where no proof is left is the largest factor. The first v,
- * in s->y, is that of the load alone. */
+ * in s->y, is that of the load alone. Of a load that is carried alone any factor is above one that
+ * is found. Where no rows answer, at most one is carried; 0 is the only one that doubles tell. */
 static perp_status find_factor(perp__statics *s, perp__statics_answer *answer,
-                               const perp__statics_aim *aim, const double *forces)
+                               const perp__statics_aim *aim, const double *forces, int32_t carried)
 {
     const int32_t n = s->rows->nodes * s->rows->width;
     const double size = perp__largest(forces, n), unit = perp__unit_of(perp__largest(aim->load, n));
     const double first = size > 0.0 ? fmin(FAR * size, 0.25 * DBL_MAX) : 1.0;
     const perp__statics_aim near = {aim->objective, aim->max_iterations, NEAR, NULL};
     perp__statics_answer other = {.v = s->g};
-    double a = first, above = INFINITY;
+    const double most = first * (carried ? FARTHEST : 1.0 / (DBL_EPSILON * DBL_EPSILON));
+    double a = first, above = INFINITY, least;
+    perp_status status = PERP_OK;
     int32_t stood = 0;
 
     for (int32_t i = 0; i < n; i++)
         s->c[i] = aim->load[i] / unit;
-    for (int32_t round = 0; isnan(answer->safety) && round < aim->max_iterations &&
-                            fabs(a) * DBL_EPSILON * DBL_EPSILON < first;
+    perp__statics_set_forces(s, forces, 0.0, s->c);
+    least = -FARTHEST * s->scale;
+    for (int32_t round = 0; status == PERP_OK && isnan(answer->safety) &&
+                            round < aim->max_iterations && a > least && a < most;
          round++) {
         perp__statics_end end = PERP__STATICS_PROVED;
-        perp_status status = PERP_OK;
 
         perp__statics_set_forces(s, forces, a, s->c);
         if (round > 0 || !perp__statics_prove(s, &other, s->y))
             status = find_inside(s, &other, &near, &end);
-        if (status != PERP_OK)
+        if (end == PERP__STATICS_PROVED && other.margin == -INFINITY) {
+            status = carry(s, &other, aim, forces, 0.0, s->c, &end);
+            if (status == PERP_OK && end == PERP__STATICS_FOUND)
+                answer->safety = 0.0;
             return status;
+        }
         if (end == PERP__STATICS_PROVED) {
             const double slope = perp__dot(other.v, s->c, n), next = a - s->work / slope * s->scale;
 
@@ -329,9 +355,11 @@ static perp_status find_factor(perp__statics *s, perp__statics_answer *answer,
             if (slope > 0.0 && a - next <= LAST * fabs(a))
                 answer->safety = next / unit;
             if (!(slope > 0.0) && above < INFINITY) /* smaller ones fall, too */
-                return PERP_OK;
+                return status;
             above = slope > 0.0 ? a : above;
             a = slope > 0.0 ? next : FAR * a;
+        } else if (carried && end == PERP__STATICS_FOUND) {
+            answer->safety = INFINITY;
         } else if (above < INFINITY) {
             const double rounding = PERP__ROUNDING_LIMIT * above;
 
@@ -343,7 +371,7 @@ static perp_status find_factor(perp__statics *s, perp__statics_answer *answer,
             a *= FAR;
         }
     }
-    return PERP_OK;
+    return status;
 }
 
 /* The impulses in the caller's unit. Returns their least room in a cone; or -1 where doubles have
@@ -396,7 +424,6 @@ perp_status perp__statics_decide(perp__statics *s, perp__statics_answer *answer,
     perp__statics_aim plain = *aim;
     perp__statics_answer other = {0};
     perp_status status = PERP_OK;
-    int32_t loaded;
 
     s->iterations = s->factored = 0;
     answer->verdict = PERP_STATICS_INDETERMINATE;
@@ -406,36 +433,18 @@ perp_status perp__statics_decide(perp__statics *s, perp__statics_answer *answer,
     if (s->fronts.is_too_large)
         return PERP_OK;
 
-    /* 1. The load's factor: where the load alone is carried, any is; where no row answers it, 0 is
-     * one, or it is none that can be told beforehand. */
+    /* 1. The load's factor. */
     plain.gap = 0.0;
     if (aim->load) {
-        perp__statics_set_forces(s, NULL, 1.0, aim->load);
-        status = find_inside(s, &other, &plain, &end);
-        if (status == PERP_OK && end == PERP__STATICS_FOUND)
-            answer->safety = INFINITY;
-        if (status == PERP_OK && end == PERP__STATICS_PROVED && other.margin == -INFINITY) {
-            perp__statics_set_forces(s, forces, 0.0, aim->load);
-            status = find_inside(s, &other, &plain, &end);
-            if (status == PERP_OK && end == PERP__STATICS_FOUND)
-                answer->safety = 0.0;
-        }
+        status = carry(s, &other, &plain, NULL, 1.0, aim->load, &end);
+        PERP__THEN(status, find_factor(s, answer, &plain, forces, end == PERP__STATICS_FOUND));
     }
-    if (aim->load && status == PERP_OK && isnan(answer->safety))
-        status = find_factor(s, answer, aim, forces);
 
     /* 2. The verdict. */
-    end = PERP__STATICS_FOUND;
-    memset(s->x, 0, (size_t)s->rows->size * sizeof *s->x);
-    perp__statics_set_forces(s, forces, 1.0, aim->load);
-    loaded = !perp__is_zero(s->b, s->rows->nodes * s->rows->width);
-    for (int32_t u = 0; u < s->rows->units; u++) /* impulses of 0 are not within all bounds */
-        loaded |= perp__statics_least(&s->rows->unit[u]) != 0.0;
-    if (status == PERP_OK && loaded) {
-        status = find_inside(s, answer, aim, &end);
-        if (status == PERP_OK && end == PERP__STATICS_FOUND && aim->objective == PERP_STATICS_LEAST)
-            find_least(s, answer, aim);
-    }
+    PERP__THEN(status, carry(s, answer, aim, forces, 1.0, aim->load, &end));
+    if (status == PERP_OK && end == PERP__STATICS_FOUND && is_loaded(s) &&
+        aim->objective == PERP_STATICS_LEAST)
+        find_least(s, answer, aim);
     if (status != PERP_OK)
         return status;
     if (end == PERP__STATICS_FOUND && !(write_impulses(s, answer) >= 0.0))

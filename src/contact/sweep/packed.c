@@ -79,8 +79,7 @@ PERP__MULTIVERSION_SHARED(perp__sweep_packed,
         double x[3] = {r[0], dim > 1 ? r[1] : 0.0, dim > 2 ? r[2] : 0.0}, u[3], d[3], change;
 
         perp__packed_velocity(c, first, second, x, u);
-        for (int32_t i = 0; i < 3; i++)
-            d[i] = x[i];
+        memcpy(d, x, sizeof d);
         work->modes[k] =
             (int8_t)(dim == 2 ? perp__step_2(&c->local, u, x) : perp__step_3(&c->local, u, x));
         for (int32_t i = 0; i < 3; i++)
