@@ -6,6 +6,8 @@
  * the next axis whose face lies open is the normal. */
 #include "world/step.h"
 
+#include <float.h>
+
 #include "linalg/spatial.h"
 
 /* By how much of its way a motion may close shapes that touch without pressing. */
@@ -515,8 +517,8 @@ static overlap overlap_at(const encounter *e, double t, double far)
 }
 
 /* Shapes that the step takes more than half-way through each other overlap least along a way that
- * they did not come, or are apart there. Of the poses between, one is taken in which they overlap
- * along the way that they came; or the last one before, in less than the half widths of both. */
+ * they did not come, or are apart there. Then the last pose is taken in which they overlap along
+ * the way that they came, to within the half widths of both. */
 int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
 {
     const perp__shape *first = &world->shapes[pair->first], *second = &world->shapes[pair->second];
@@ -538,15 +540,12 @@ int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
         return 0;
     before = overlap_at(&e, 0.0, INFINITY);
     collision->begun = perp__lesser(before.separation, 0.0);
-    collision->time = 1.0;
     along = came_along(&e, 1.0, end.normal, collision->begun);
-    while (!along && (to - from) * e.displacement > width) {
+    while (!along && to - from > fmax(width / e.displacement, DBL_EPSILON)) {
         const double t = 0.5 * (from + to);
         const overlap between = overlap_at(&e, t, INFINITY);
 
-        along = came_along(&e, t, between.normal, collision->begun);
-        if (along && !(between.separation < collision->begun - deep)) {
-            along = 0;
+        if (came_along(&e, t, between.normal, collision->begun)) {
             before = between;
             from = t;
         } else {
@@ -554,10 +553,10 @@ int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
             to = t;
         }
     }
-    collision->time = along ? to : from;
+    collision->time = along ? 1.0 : from;
     collision->axis = along ? end.axis : before.axis;
     collision->doubtful = 1;
-    return end.separation < collision->begun - deep;
+    return perp__lesser(before.separation, end.separation) < collision->begun - deep;
 }
 
 int32_t perp__collision_points(const perp_world *world, perp__pair *pair, double h,
