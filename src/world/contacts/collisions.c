@@ -192,27 +192,26 @@ static int32_t points_of_faces(const encounter *e, perp__collision *collision, d
                                const double *covered, double least, asked where)
 {
     perp__collision next = *collision;
-    const int32_t planar = e->world->settings.planar;
     perp__placed a, b;
     perp__axes axes;
-    double own[3], normal[3];
+    double normal[3];
     int32_t best = 0, made = 0;
 
     perp__moved(&e->a, later, &a);
     perp__moved(&e->b, later, &b);
-    perp__apply_transposed3(own, a.rotation, covered);
-    (void)perp__axes_of(&a, &b, planar, INFINITY, &axes);
+    (void)perp__axes_of(&a, &b, e->world->settings.planar, INFINITY, &axes);
     next.time = later;
     next.doubtful = 1;
     while (made <= 0 && best >= 0) {
         best = -1;
-        for (int32_t k = 0; k < axes.faces[0] + axes.faces[1]; k++)
+        for (int32_t k = 0; k < axes.faces[0] + axes.faces[1]; k++) {
+            perp__apply3(normal, a.rotation, axes.axis[k].normal);
             if (axes.axis[k].separation > -INFINITY && axes.axis[k].separation >= least &&
-                !perp__is_same_way(fabs(perp__dot3(axes.axis[k].normal, own))) &&
-                (best < 0 || axes.axis[k].separation > axes.axis[best].separation)) {
-                perp__apply3(normal, a.rotation, axes.axis[k].normal);
-                best = came_along(e, later, normal, 0.0) ? k : best;
-            }
+                !perp__is_same_way(fabs(perp__dot3(normal, covered))) &&
+                (best < 0 || axes.axis[k].separation > axes.axis[best].separation) &&
+                came_along(e, later, normal, 0.0))
+                best = k;
+        }
         if (best >= 0) {
             axes.axis[best].separation = -INFINITY; /* it is looked at once */
             next.axis = best;
@@ -527,20 +526,18 @@ int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
     perp__collision *collision = &pair->collision;
     double from = 0.0, to = 1.0;
     overlap before, end;
-    int32_t passes, along;
     encounter e;
 
     if (pair->plane ||
         perp__shape_turning(world, first, h) + perp__shape_turning(world, second, h) <= deep)
         return 0;
     begin_encounter(&e, world, pair, h, NULL);
-    passes = e.displacement > width;
-    end = overlap_at(&e, 1.0, passes ? INFINITY : -deep);
-    if (!(end.separation < -deep) && !passes)
+    end = overlap_at(&e, 1.0, e.displacement > width ? INFINITY : -deep);
+    if (!(end.separation < -deep) && e.displacement <= width)
         return 0;
     before = overlap_at(&e, 0.0, INFINITY);
     collision->begun = perp__lesser(before.separation, 0.0);
-    along = came_along(&e, 1.0, end.normal, collision->begun);
+    int32_t along = came_along(&e, 1.0, end.normal, collision->begun);
     while (!along && to - from > fmax(width / e.displacement, DBL_EPSILON)) {
         const double t = 0.5 * (from + to);
         const overlap between = overlap_at(&e, t, INFINITY);
