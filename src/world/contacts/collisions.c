@@ -6,6 +6,8 @@
  * the next axis whose face lies open is the normal. */
 #include "world/step.h"
 
+#include <float.h>
+
 #include "linalg/spatial.h"
 
 /* By how much of its way a motion may close shapes that touch without pressing. */
@@ -22,9 +24,6 @@
 
 /* Beside the size of a pair that has points, how deep it comes to lie where it meets anew. */
 #define DEEP 1e-3
-
-/* Share of the step in which the side is found from which shapes came into each other. */
-#define NARROWEST 0.03125
 
 /* ---- what is covered ---- */
 
@@ -164,19 +163,26 @@ static int32_t points_along(const encounter *e, const perp__collision *collision
     return made;
 }
 
-/* Whether the shapes came in through a face, by its axis at the start and now: not if they overlap
- * along it by more than the thickness before they move. A box's face is the one on the side where
- * the other's centre is. */
-static int32_t came_through(const encounter *e, const perp__placed *a, const perp__axis *start,
-                            const perp__axis *now)
+/* Whether the shapes came in along a normal that they have at the share t of the step: as it lay in
+ * one of them before they moved, they overlap along it by no more than `begun` and the thickness. A
+ * thin shape that another one is half-way through overlaps it least along any way aside, which
+ * leads past neither. */
+static int32_t came_along(const encounter *e, double t, const double *normal, double begun)
 {
-    double from[3], to[3], separation = start->separation;
+    const perp__moving *shape[2] = {&e->a, &e->b};
 
-    perp__apply3(from, e->a.start->rotation, start->normal);
-    perp__apply3(to, a->rotation, now->normal);
-    if (perp__dot3(from, to) < 0.0)
-        separation = -separation - 2.0 * start->width;
-    return separation >= -perp__pair_thickness(e->world, e->pair);
+    for (int32_t side = 0; side < 2; side++) {
+        double own[3], before[3];
+        perp__placed later;
+
+        perp__moved(shape[side], t, &later);
+        perp__apply_transposed3(own, later.rotation, normal);
+        perp__apply3(before, shape[side]->start->rotation, own);
+        if (perp__separation(e->a.start, e->b.start, before) >=
+            begun - perp__pair_thickness(e->world, e->pair))
+            return 1;
+    }
+    return 0;
 }
 
 /* The points over the next face that lies open, of those with a separation of at least `least` and
@@ -186,27 +192,26 @@ static int32_t points_of_faces(const encounter *e, perp__collision *collision, d
                                const double *covered, double least, asked where)
 {
     perp__collision next = *collision;
-    const int32_t planar = e->world->settings.planar;
     perp__placed a, b;
-    perp__axes axes, begun;
-    double own[3];
+    perp__axes axes;
+    double normal[3];
     int32_t best = 0, made = 0;
 
     perp__moved(&e->a, later, &a);
     perp__moved(&e->b, later, &b);
-    perp__apply_transposed3(own, a.rotation, covered);
-    (void)perp__axes_of(&a, &b, planar, INFINITY, &axes);
-    (void)perp__axes_of(e->a.start, e->b.start, planar, INFINITY, &begun);
+    (void)perp__axes_of(&a, &b, e->world->settings.planar, INFINITY, &axes);
     next.time = later;
     next.doubtful = 1;
     while (made <= 0 && best >= 0) {
         best = -1;
-        for (int32_t k = 0; k < axes.faces[0] + axes.faces[1]; k++)
+        for (int32_t k = 0; k < axes.faces[0] + axes.faces[1]; k++) {
+            perp__apply3(normal, a.rotation, axes.axis[k].normal);
             if (axes.axis[k].separation > -INFINITY && axes.axis[k].separation >= least &&
-                !perp__is_same_way(fabs(perp__dot3(axes.axis[k].normal, own))) &&
+                !perp__is_same_way(fabs(perp__dot3(normal, covered))) &&
                 (best < 0 || axes.axis[k].separation > axes.axis[best].separation) &&
-                came_through(e, &a, &begun.axis[k], &axes.axis[k]))
+                came_along(e, later, normal, 0.0))
                 best = k;
+        }
         if (best >= 0) {
             axes.axis[best].separation = -INFINITY; /* it is looked at once */
             next.axis = best;
@@ -510,46 +515,45 @@ static overlap overlap_at(const encounter *e, double t, double far)
     return found;
 }
 
-/* Shapes that the step takes more than half-way through each other overlap least along the way out
- * on the other side, or are apart there: the normal is turned round. Of the poses between, one that
- * has it on the side from which they come is taken. */
+/* Shapes that the step takes more than half-way through each other overlap least along a way that
+ * they did not come, or are apart there. Then the last pose is taken in which they overlap along
+ * the way that they came, to within the half widths of both. */
 int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
 {
     const perp__shape *first = &world->shapes[pair->first], *second = &world->shapes[pair->second];
     const double deep = DEEP * perp__pair_size(world, pair);
+    const double width = first->thickness + second->thickness;
     perp__collision *collision = &pair->collision;
     double from = 0.0, to = 1.0;
-    overlap begun, end;
-    int32_t passes;
+    overlap before, end;
     encounter e;
 
     if (pair->plane ||
         perp__shape_turning(world, first, h) + perp__shape_turning(world, second, h) <= deep)
         return 0;
     begin_encounter(&e, world, pair, h, NULL);
-    passes = e.displacement > first->thickness + second->thickness;
-    end = overlap_at(&e, 1.0, passes ? INFINITY : -deep);
-    if (!(end.separation < -deep) && !passes)
+    end = overlap_at(&e, 1.0, e.displacement > width ? INFINITY : -deep);
+    if (!(end.separation < -deep) && e.displacement <= width)
         return 0;
-    begun = overlap_at(&e, 0.0, INFINITY);
-    collision->begun = perp__lesser(begun.separation, 0.0);
-    collision->time = 1.0;
-    while (perp__dot3(end.normal, begun.normal) < 0.0 && to - from > NARROWEST) {
+    before = overlap_at(&e, 0.0, INFINITY);
+    collision->begun = perp__lesser(before.separation, 0.0);
+    int32_t along = came_along(&e, 1.0, end.normal, collision->begun);
+    while (!along && to - from > fmax(width / e.displacement, DBL_EPSILON)) {
         const double t = 0.5 * (from + to);
         const overlap between = overlap_at(&e, t, INFINITY);
 
-        if (perp__dot3(between.normal, begun.normal) < 0.0) {
-            to = t;
-        } else if (between.separation < collision->begun - deep) {
-            end = between;
-            collision->time = t;
-        } else {
+        if (came_along(&e, t, between.normal, collision->begun)) {
+            before = between;
             from = t;
+        } else {
+            end = between;
+            to = t;
         }
     }
-    collision->axis = end.axis;
+    collision->time = along ? 1.0 : from;
+    collision->axis = along ? end.axis : before.axis;
     collision->doubtful = 1;
-    return end.separation < collision->begun - deep;
+    return perp__lesser(before.separation, end.separation) < collision->begun - deep;
 }
 
 int32_t perp__collision_points(const perp_world *world, perp__pair *pair, double h,
