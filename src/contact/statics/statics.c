@@ -306,8 +306,8 @@ static perp_status carry(perp__statics *s, perp__statics_answer *answer,
                          const perp__statics_aim *aim, const double *forces, double factor,
                          const double *load, perp__statics_end *end)
 {
-    perp__statics_set_forces(s, forces, factor, load);
     memset(s->x, 0, (size_t)s->rows->size * sizeof *s->x);
+    perp__statics_set_forces(s, forces, factor, load);
     *end = PERP__STATICS_FOUND;
     return is_loaded(s) ? find_inside(s, answer, aim, end) : PERP_OK;
 }
