@@ -185,12 +185,13 @@ int32_t perp__begins_standing(const perp_world *world, const perp__island *islan
 enum { FORCE = 0, MOMENT = 3, TERMS = 6, NUMBERS = 7 };
 
 /* Whether the contact may press as it did while nothing moves. Sweeps take out what is deep. */
-static int32_t obeys(const perp__world_contact *contact, const double *r, int32_t deep)
+static int32_t obeys(const perp_world *world, const perp__world_contact *contact, const double *r,
+                     int32_t deep)
 {
     const double most = contact->friction * r[0];
 
     return r[0] >= 0.0 && r[1] * r[1] + r[2] * r[2] <= most * most &&
-           (r[0] == 0.0 || perp__open_gap(contact, contact->gap) == 0.0) && !deep;
+           (r[0] == 0.0 || contact->gap <= perp__closed_gap(world, contact)) && !deep;
 }
 
 static void press(const perp_world *world, const perp__world_contact *contact, const double *r,
@@ -299,7 +300,7 @@ static double last_unbalance(perp_world *world, const perp__island *island,
 
         if (!all && world->roles[tie->body[0]].repeats && world->roles[tie->body[1]].repeats)
             continue;
-        if (!obeys(contact, response->remembered, swept && tie->deep))
+        if (!obeys(world, contact, response->remembered, swept && tie->deep))
             return INFINITY;
         perp__copy3(response->next, response->remembered);
         press(world, contact, response->next, sums);

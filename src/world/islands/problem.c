@@ -71,6 +71,12 @@ double perp__open_gap(const perp__world_contact *contact, double gap)
     return gap > contact->rounding ? gap : 0.0;
 }
 
+/* What velocities known to `tol` leave of a gap, beside the overlap that stays, is none either. */
+double perp__closed_gap(const perp_world *world, const perp__world_contact *contact)
+{
+    return fmax(contact->rounding, perp__swept_tol(world) * perp__deep_overlap(contact));
+}
+
 /* The coordinates of a twist. */
 void perp__coordinates_of(const perp_world *world, const double *twist, double *x)
 {

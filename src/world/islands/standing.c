@@ -74,9 +74,8 @@ static int32_t write_unit(const perp_world *world, const perp__island *island, i
         unit->kind = PERP__STATICS_CONE;
         unit->mu = rows->mu;
         unit->tangents = rows->dim - 1;
-        /* what velocities known to `tol` leave of a gap, beside the overlap that stays, is none */
         if (rows->bias[0] * world->step_length >
-                (ignores ? 0.0 : perp__swept_tol(world) * perp__deep_overlap(contact)) ||
+                (ignores ? 0.0 : perp__closed_gap(world, contact)) ||
             perp__step_tie(world, island, work->chosen[i])->moved)
             unit->rows = unit->tangents = 0;
         return rows->bias[0] >= 0.0;
