@@ -1,6 +1,7 @@
 /* The parts that a problem falls into: contacts and bilateral rows that no significant coupling
- * connects. Each part is judged by itself, in its own units, and what a constraint may miss of the
- * largest terms around it (verdict.c) ends with it. */
+ * connects. Each part is judged by itself, in its own units; and what a constraint may miss of the
+ * largest terms around it (verdict.c) ends where couplings are below sqrt(tol), as that of an LCP's
+ * row does (linalg/witness.c). */
 #include <math.h>
 
 #include "base/groups.h"
@@ -78,16 +79,66 @@ static void visit_bodies(const perp_contact_solver *solver, look *l)
     }
 }
 
+/* The same in single coordinates of blocks: constraints that act on others of its coordinates have
+ * nothing of each other, however much of the block is theirs. A pile hangs together by the first
+ * coordinates: the others are not looked at. */
+static void visit_coordinates(const perp_contact_solver *solver, look *l)
+{
+    const perp__bodies *b = &solver->bodies;
+    double *shares = solver->wide;
+
+    for (int32_t at = 0; at < b->width * b->blocks && l->parts > 1; at++) {
+        const int32_t i = at / b->blocks, block = at % b->blocks;
+        const int64_t begin = b->block_starts[block], end = b->block_starts[block + 1];
+        int32_t first = -1;
+        double most = 0.0;
+        int64_t p = begin + 1;
+
+        /* 1. Not where all are in one part. */
+        while (p < end && perp__root_of(l->part, b->block_constraints[p]) ==
+                              perp__root_of(l->part, b->block_constraints[begin]))
+            p++;
+        if (p >= end)
+            continue;
+
+        /* 2. The share of each, the largest of its rows; the largest is coupled with all. */
+        for (p = begin; p < end; p++) {
+            const int32_t constraint = b->block_constraints[p];
+            const double *P = b->values + b->piece_values[b->block_pieces[p]] + i;
+            double largest = 0.0;
+
+            for (int32_t row = b->rows[constraint]; row < b->rows[constraint + 1]; row++) {
+                largest = fabs(*P) > largest ? fabs(*P) : largest;
+                P += b->width;
+            }
+            shares[constraint] = largest / solver->root[constraint];
+            if (shares[constraint] > most) {
+                most = shares[constraint];
+                first = constraint;
+            }
+        }
+        for (p = begin; first >= 0 && p < end; p++)
+            visit(l, first, b->block_constraints[p], most * shares[b->block_constraints[p]]);
+    }
+}
+
+static look begin(const perp_contact_solver *solver, int32_t *part, double least)
+{
+    const look l = {part, least, solver->constraints, 0};
+
+    for (int32_t k = 0; k < solver->constraints; k++)
+        part[k] = k;
+    return l;
+}
+
 void perp__contact_find_parts(perp_contact_solver *solver)
 {
     void (*const visit_couplings)(const perp_contact_solver *, look *) =
         solver->has_bodies ? visit_bodies : visit_matrix;
-    look l = {solver->part, NOISE, solver->constraints, 0};
+    look l = begin(solver, solver->part, NOISE);
 
-    for (int32_t k = 0; k < solver->constraints; k++) {
+    for (int32_t k = 0; k < solver->constraints; k++)
         solver->root[k] = sqrt(solver->trace[k]);
-        solver->part[k] = k;
-    }
     for (int32_t k = 0; k < solver->contacts; k++)
         for (int32_t i = solver->starts[k]; i < solver->starts[k + 1]; i++)
             solver->constraint_of[i] = k;
@@ -101,4 +152,21 @@ void perp__contact_find_parts(perp_contact_solver *solver)
         visit_couplings(solver, &l);
         solver->leaks = l.leaks;
     }
+    solver->near_tol = 0.0;
+}
+
+void perp__contact_find_near(perp_contact_solver *solver)
+{
+    const double tol = solver->settings.tol;
+    look l;
+
+    if (solver->near_tol == tol)
+        return;
+    l = begin(solver, solver->near, sqrt(tol));
+    if (solver->has_bodies)
+        visit_coordinates(solver, &l);
+    else
+        visit_matrix(solver, &l);
+    (void)perp__number_parts(solver->near, solver->constraints);
+    solver->near_tol = tol;
 }

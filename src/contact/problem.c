@@ -99,7 +99,7 @@ void perp__contact_lay_out(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, size, &s->compliance, &s->diagonal);
     s->trace = perp__arena_take(arena, contacts + size, sizeof(double));
     s->constraint_of = perp__arena_take(arena, size, sizeof(int32_t));
-    PERP__INTEGERS(arena, constraints, &s->part, &s->number);
+    PERP__INTEGERS(arena, constraints, &s->part, &s->near, &s->number);
     s->evidence = perp__arena_take(arena, constraints, sizeof(perp__evidence));
     s->best.evidence = perp__arena_take(arena, constraints, sizeof(perp__evidence));
     PERP__DOUBLES(arena, constraints, &s->root, &s->omega, &s->drive, &s->terms, &s->lack, &s->wide,

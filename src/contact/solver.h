@@ -123,9 +123,11 @@ struct perp_contact_solver {
     double *diagonal, *trace;
     /* constraints: the contacts, then the bilateral rows */
     int32_t constraints, parts;
-    int32_t leaks;                    /* some of the parts are coupled, by noise */
-    int32_t *constraint_of;           /* size */
-    int32_t *part, *number;           /* constraints: the part it is in; work */
+    int32_t leaks;          /* some of the parts are coupled, by noise */
+    int32_t *constraint_of; /* size */
+    int32_t *part, *number; /* constraints: the part it is in; work */
+    int32_t *near;          /* constraints: among which terms excuse; of near_tol, or not yet */
+    double near_tol;
     double *root;                     /* constraints: sqrt(trace) */
     double *omega;                    /* constraints: of its part */
     double *drive;                    /* parts: omega, 0 where q is */
@@ -200,8 +202,9 @@ void perp__contact_write_out(perp_contact_solver *solver, const perp__contact_ca
 perp_status perp__contact_find(perp_contact_solver *solver, const perp__contact_call *call,
                                double deadline);
 
-/* Finds the parts of the problem that was set up: parts.c. */
+/* Finds the parts of the problem that was set up, and `near`; the latter uses `wide`: parts.c. */
 void perp__contact_find_parts(perp_contact_solver *solver);
+void perp__contact_find_near(perp_contact_solver *solver);
 
 /* q, and with it omega, for this call: evaluation.c. PERP_OK, _CALLBACK or _NOT_FINITE. */
 perp_status perp__contact_load(perp_contact_solver *solver);

@@ -7,7 +7,7 @@
  *   S_k + sum_j |W_kj| S_j / t_j + floor min(max S_j, sqrt(t_k) max S_j / sqrt(t_j)),
  *
  * S_k = |W_k| |r| + |q_k| (|q_i| as load: solver.h). The second term is what the impulses that its
- * neighbours have to do with would change here; in the third, over the part (parts.c), the
+ * neighbours have to do with would change here; in the third, over what is near (parts.c), the
  * former maximum is right where light bodies lie on heavy ones, the latter where rows have
  * different units. In both, S_j is what impulses can answer to: nothing of a contact that opens, of
  * tangents no more than friction can. |W_kj| is at most sqrt(t_k t_j) where W is semidefinite: a
@@ -151,6 +151,7 @@ static void widen(perp_contact_solver *solver, double *wide)
     double *push = solver->high, *moves = solver->low;
     perp__cursor c = perp__first(&solver->W);
 
+    perp__contact_find_near(solver);
     for (int32_t k = 0; k < solver->constraints; k++)
         solver->most_speed[k] = solver->most_energy[k] = wide[k] = 0.0;
     memset(push, 0, (size_t)solver->size * sizeof *push);
@@ -168,8 +169,8 @@ static void widen(perp_contact_solver *solver, double *wide)
 
         if (k >= solver->contacts)
             push[perp__contact_first_row(&solver->problem, k)] = terms / solver->trace[k];
-        perp__raise_to(&solver->most_speed[solver->part[k]], terms);
-        perp__raise_to(&solver->most_energy[solver->part[k]], terms / solver->root[k]);
+        perp__raise_to(&solver->most_speed[solver->near[k]], terms);
+        perp__raise_to(&solver->most_energy[solver->near[k]], terms / solver->root[k]);
     }
     absolute(solver, push, solver->scale, moves);
     for (int32_t k = 0; k < solver->constraints; k++) {
@@ -182,8 +183,8 @@ static void widen(perp_contact_solver *solver, double *wide)
 
         wide[k] = perp__contact_length(moves, perp__contact_first_row(&solver->problem, k),
                                        perp__contact_end_row(&solver->problem, k)) +
-                  share * fmin(solver->most_speed[solver->part[k]],
-                               solver->root[k] * solver->most_energy[solver->part[k]]);
+                  share * fmin(solver->most_speed[solver->near[k]],
+                               solver->root[k] * solver->most_energy[solver->near[k]]);
         /* then the contact's own terms are all that is known */
         if (!(wide[k] < INFINITY) || closes)
             wide[k] = solver->terms[k];

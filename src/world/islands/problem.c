@@ -169,7 +169,7 @@ void perp__gather_bodies(perp_world *world, const perp__island *island)
     }
     work->carriers = 0;
     for (int32_t k = 0; k < ties; k++)
-        if (!perp__is_dynamic(world, perp__tied_body(world, island, k)))
+        if (world->bodies[perp__tied_body(world, island, k)].kind == PERP_BODY_KINEMATIC)
             world->motions[perp__tied_body(world, island, k)].carrier = -1;
     if (island->joints > 0)
         (void)perp__join_parts(world, island);

@@ -211,18 +211,18 @@ static int32_t are_on_joints(const perp_world *world, const perp__island *island
         for (int32_t k = 0; k < PERP__SLOT_LOWER; k++) {
             double terms = 0.0;
 
+            if (!has_row(world, joint, k, PERP__ROWS_OF_RATES))
+                continue;
             for (int32_t side = 0; side < 2; side++) {
                 const perp__state *state = &states[joint->body[side]];
                 const double *row = view->rows[k][side];
-
                 const double speed = perp__length3(state->velocity);
 
                 terms += perp__length3(row) * speed +
                          perp__length3(row + 3) * (perp__length3(state->angular_velocity) +
                                                    (size > 0.0 ? speed / size : 0.0));
             }
-            if (has_row(world, joint, k, PERP__ROWS_OF_RATES) &&
-                fabs(rate_of(world, joint, states, view, k, 0)) > most * terms)
+            if (fabs(rate_of(world, joint, states, view, k, 0)) > most * terms)
                 return 0;
         }
     }
