@@ -10,7 +10,7 @@
 #define LARGEST PERP__SMALL_SPARSE /* variables of a part */
 
 typedef struct part {
-    int32_t count, index[LARGEST];
+    int32_t count, index[LARGEST + 1];
     double M[LARGEST * LARGEST], q[LARGEST], lower[LARGEST], upper[LARGEST], z[LARGEST],
         ray[LARGEST];
 } part;
@@ -99,7 +99,7 @@ perp_status perp__solve_apart(perp_lcp_solver *solver)
          k++) {
         p.count = 0;
         for (int32_t i = head[k]; i >= 0 && p.count <= LARGEST; i = next[i])
-            p.index[p.count++ % LARGEST] = i;
+            p.index[p.count++] = i; /* one more than fit tells that it is large */
         if (settings->max_iterations > 0 && solver->spent >= settings->max_iterations)
             solver->ended = PERP_OUTCOME_ITERATION_LIMIT;
         else if (p.count <= LARGEST)

@@ -235,17 +235,6 @@ static void judge_start(perp__coloured *c, const perp__coloured_part *part)
         c->joints.r[n] = c->joints.last[n] = 0.0;
 }
 
-static void push_start(job *at)
-{
-    perp__coloured *c = at->c;
-
-    run_pass(at, PERP__COLOURED_ADD, c->y);
-    perp__joint_block_add(&c->joints, c->y);
-    (void)perp__joint_block_solve(&c->joints, 0.0, c->y);
-    for (int32_t k = 0; k < c->parts; k++)
-        judge_start(c, &c->part[k]);
-}
-
 /* The impulses of the passes so far. */
 static void read_impulses(const perp__coloured *c, const perp__coloured_part *part)
 {
@@ -340,8 +329,13 @@ static void run_passes(job *at)
     run_over_bodies(at, start_bodies);
     memset(c->y + 8 * c->bodies, 0, size - 8 * (size_t)c->bodies * sizeof *c->y);
     memset(c->free + 8 * c->bodies, 0, size - 8 * (size_t)c->bodies * sizeof *c->y);
-    if (c->part->problem->warm)
-        push_start(at);
+    if (c->part->problem->warm) {
+        run_pass(at, PERP__COLOURED_ADD, c->y);
+        perp__joint_block_add(&c->joints, c->y);
+        (void)perp__joint_block_solve(&c->joints, 0.0, c->y);
+    }
+    for (int32_t k = 0; k < c->parts && c->part->problem->warm; k++)
+        judge_start(c, &c->part[k]);
     memcpy(c->moved, c->y, size);
     memcpy(c->before, c->y, size);
     /* 2. Rounds of passes; equations alone go as far as refinement does. */

@@ -98,7 +98,7 @@ typedef struct perp__passes {
     int32_t passes;
     int32_t rounds;      /* of these at most, if measured, until answer->tested is problem->tol */
     int32_t clear;       /* passes that remove penetration */
-    int32_t measures;    /* 1: answer->velocity, ->modes, ->joints and ->tested are written, too */
+    int32_t measures;    /* 1: answer->velocity, ->modes and ->tested are written, too */
     double deep;         /* guards: down to there a contact may sink */
     const double *gap;   /* contacts; NULL: none, as clear = 0 */
     const double *guard; /* contacts: a penetration up to this length is left */

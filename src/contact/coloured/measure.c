@@ -45,15 +45,6 @@ static void measure_joints(const perp__coloured *c, perp__coloured_part *part, d
         }
 }
 
-static void raise_sinking(perp__coloured_part *part, const perp__lane_point *p, int32_t l,
-                          double speed)
-{
-    const double guard = p->guard[l], way = part->step->h * speed;
-
-    if (guard > 0.0 && fmax(-p->gap[l], 0.0) + way > part->step->deep * guard)
-        perp__raise_to(&part->sinks, way / guard);
-}
-
 /* The contacts of a group. Returns of how many parts one is the first that is over the bound. */
 static int32_t measure_group(const perp__coloured *c, int32_t g, double share)
 {
@@ -68,15 +59,19 @@ static int32_t measure_group(const perp__coloured *c, int32_t g, double share)
         for (int32_t l = 0; l < group->pairs; l++) {
             perp__coloured_part *part = &c->part[c->pair_part[group->pair[l]]];
             const int32_t k = p->contact[l];
+            const double guard = p->guard[l];
+            double way;
 
             if (k < 0 || part->ended)
                 continue;
             if (part->problem->rows[k].bounded)
                 measure_bounded(p, l, &found);
+            way = part->step->h * -found.u[0][l];
+            if (guard > 0.0 && fmax(-p->gap[l], 0.0) + way > part->step->deep * guard)
+                perp__raise_to(&part->sinks, way / guard);
             for (int32_t row = 0; row < 3; row++)
                 part->answer->velocity[3 * k + row] = found.u[row][l];
             part->answer->modes[k] = (int32_t)found.mode[l];
-            raise_sinking(part, p, l, -found.u[0][l]);
             perp__raise_to(&part->drive, found.drive[l]);
             if (found.natural[l] <= part->residual)
                 continue;

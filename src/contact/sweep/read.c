@@ -119,7 +119,6 @@ void perp__sweep_read(perp__sweep_work *work)
         read_matrix(work, problem->W);
     else
         memset(work->y, 0, (size_t)(b->blocks + 1) * (size_t)work->stride * sizeof *work->y);
-    work->all_packed = work->packed && work->constraints == problem->contacts;
     for (int32_t k = 0; k < work->constraints; k++) {
         const int32_t contact = k < problem->contacts, rows = work->rows[k + 1] - work->rows[k];
         const int32_t both = contact ? perp__contact_two_sided(problem, k) : 0;
@@ -152,7 +151,6 @@ void perp__sweep_read(perp__sweep_work *work)
             work->packs[k] = (int8_t)(work->packed && perp__sweep_packs(work, k));
             if (work->packs[k])
                 perp__sweep_pack(work, k, &work->packed[k]);
-            work->all_packed &= work->packs[k];
         }
     }
 }

@@ -49,7 +49,6 @@ typedef struct perp__sweep_work {
     int32_t stride;               /* of blocks in y: their width; 6 where contacts are packed */
     int8_t *packs;                /* contacts: is packed */
     perp__packed_contact *packed; /* contacts; NULL where there are no bodies of width 3 or 6 */
-    int32_t all_packed;
     perp__mixing mixing;
     int64_t sweeps, next_test;  /* done; the one from when on the residual is computed again */
     double least, least_before; /* change; and at the end of the last window */

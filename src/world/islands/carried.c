@@ -146,10 +146,11 @@ static int32_t begins_with(const perp_world *world, const perp__island *island,
                 fabs(beside[k]) > world->step_length * spin * perp__length3(twist + k / 3 * 3))
                 return 0;
         }
+        if (!slowly)
+            continue;
         perp__coordinates_of(world, beside, both[0]);
         perp__coordinates_of(world, gain, both[1]);
-        if (slowly &&
-            !(perp__mass_norm(world, body, both[0]) <= perp__mass_norm(world, body, both[1])))
+        if (!(perp__mass_norm(world, body, both[0]) <= perp__mass_norm(world, body, both[1])))
             return 0;
     }
     return 1;
@@ -158,11 +159,16 @@ static int32_t begins_with(const perp_world *world, const perp__island *island,
 int32_t perp__begins_standing(const perp_world *world, const perp__island *island, int32_t slowly,
                               perp__carrying *carrying)
 {
-    for (int32_t moving = 1; moving >= 0; moving--)
-        if (perp__find_carrying(world, island, moving, carrying) &&
-            (begins_with(world, island, carrying, slowly, 0.0) ||
-             begins_with(world, island, carrying, slowly, -1.0)))
+    for (int32_t moving = 1; moving >= 0; moving--) {
+        if (!perp__find_carrying(world, island, moving, carrying))
+            continue;
+        if (begins_with(world, island, carrying, slowly, 0.0))
             return 1;
+        /* what is static had no other motion in the last step */
+        if (carrying->body >= 0 && world->bodies[carrying->body].kind == PERP_BODY_KINEMATIC &&
+            begins_with(world, island, carrying, slowly, -1.0))
+            return 1;
+    }
     carrying->motion = PERP__CARRIED_ON;
     carrying->parts = 0;
     /* Whether nothing changes at the contacts if bodies go on as they are: to the last bit, as

@@ -114,7 +114,7 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
         memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
         return status;
     }
-    status = perp__solve_limits(world, island, verdict, &found);
+    status = perp__solve_bounds(world, island, verdict, &found);
     if (status != PERP_OK || found)
         return status;
     perp__turn_contacts(world);

@@ -340,10 +340,10 @@ static void renew_gain(perp_world *world, const perp__island *island, double lef
     }
 }
 
-/* The jump of the velocities where contacts touch, or lack no more than the first does, as joints
- * are known to lead there. Moreau's law with friction, or with several
- * contacts, can give energy, beyond what impulses known to tol may: then with less of the
- * restitution, in the end none, which never does. */
+/* The jump of the velocities where contacts touch, or lack no more than the first one does, as
+ * joints are known to lead there; gaps are known to tol, as velocities are. Moreau's law with
+ * friction, or with several contacts, can give energy, beyond what impulses known to tol may: then
+ * with less of the restitution, in the end none, which never does. */
 static perp_status jump(perp_world *world, const perp__island *island, double lacking,
                         perp__verdict *verdict)
 {
@@ -351,8 +351,7 @@ static perp_status jump(perp_world *world, const perp__island *island, double la
     double share, size, energy;
     perp_status status;
 
-    for (int32_t i = 0; i < island->contacts;
-         i++) /* velocities are known to tol, and so are gaps */
+    for (int32_t i = 0; i < island->contacts; i++)
         work->hit[i] =
             work->gap[i] > lacking + perp__exact_tol(world) * world->step_length *
                                          perp__normal_terms(world, i, work->now, island->bodies);

@@ -90,10 +90,9 @@ void perp__mean_of_ends(perp_world *world, const perp__island *island);
 perp_status perp__swing(perp_world *world, const perp__island *island, perp__verdict *verdict);
 void perp__end_swing(perp_world *world, const perp__island *island, double t,
                      perp__verdict *verdict);
-/* The velocities of rows that are all of joints; *found: 0 where contacts are, or where exchanges
- * come to no end. */
-perp_status perp__solve_limits(perp_world *world, const perp__island *island,
-                               perp__verdict *verdict, int32_t *found);
+/* What its velocities are worth: those in which nothing moves are 0 then. */
+void perp__judge_equations(perp_world *world, const perp__island *island, double tested,
+                           perp__verdict *verdict);
 
 /* work.v := the velocities next to work.free, in the metric of M, that meet all units at hand,
  * which are equations but for contacts that closing holds; work.impulse: their impulses. The first
@@ -102,6 +101,12 @@ perp_status perp__solve_limits(perp_world *world, const perp__island *island,
 #define PERP__REFINED 64
 perp_status perp__solve_equations(perp_world *world, const perp__island *island, int32_t passes,
                                   double *residual);
+
+/* bounds.c */
+/* The velocities of rows that are all of joints; *found: 0 where contacts are, or where exchanges
+ * come to no end. */
+perp_status perp__solve_bounds(perp_world *world, const perp__island *island,
+                               perp__verdict *verdict, int32_t *found);
 
 /* step.c */
 /* They have no impulses yet. */
