@@ -9,9 +9,6 @@
 #include "linalg/doubled.h"
 #include "linalg/scale.h"
 
-/* Scaled z beyond which doubled precision may have lost q. */
-#define PERP__DOUBTFUL 0x1p30
-
 void perp__find_reach(perp_lcp_solver *solver)
 {
     memset(solver->reach, 0, (size_t)solver->parts * sizeof *solver->reach);
@@ -158,9 +155,9 @@ perp__evaluation perp__evaluate_product(perp_lcp_solver *solver)
     perp__evaluation worth;
 
     perp__find_reach(solver);
-    solver->doubtful = 0;
+    solver->doubtful = 0; /* scaled z that is large, but by far not as large as where q is lost */
     for (int32_t k = 0; k < solver->parts; k++)
-        solver->doubtful |= !(solver->reach[k] <= PERP__DOUBTFUL);
+        solver->doubtful |= !(solver->reach[k] <= 1.0 / sqrt(DBL_EPSILON));
     if (solver->doubtful)
         perp__find_terms(&solver->M, solver->q, solver->z, solver->exponents, solver->omega,
                          solver->witness.terms);
@@ -180,7 +177,7 @@ perp__evaluation perp__evaluate(perp_lcp_solver *solver)
 
 int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *worth)
 {
-    return worth->backward <= 4.0 * DBL_EPSILON && worth->tested <= solver->settings.tol;
+    return worth->backward <= PERP__EXACT && worth->tested <= solver->settings.tol;
 }
 
 void perp__read_places(perp_lcp_solver *solver, int8_t *places)

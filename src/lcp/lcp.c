@@ -156,15 +156,9 @@ int32_t perp__lcp_has_time(perp__lcp_control *control, double residuals)
 
 /* ---- the search ---- */
 
-/* Times, in units of what computing one residual takes: that of judging the last point and the
- * start at the end of a solve, and that of reading M into a method's own form. */
-#define LAST_RESIDUALS 2.0
-#define FIRST_RESIDUALS 4.0
-
-/* A backward error up to PERP__EXACT leaves nothing to gain. Who asks for a tolerance of
- * PERP__LOOSE or more does not ask for the last digits. */
-#define PERP__EXACT (4.0 * DBL_EPSILON)
-#define PERP__LOOSE 1e-8
+/* The time, in units of what computing one residual takes, of judging the last point and the start
+ * at the end of a solve, or of reading M into a method's own form. */
+#define RESIDUALS 4.0
 
 /* Keeps solver->ray if it stands the check. */
 static int32_t keep_ray(perp_lcp_solver *solver)
@@ -240,7 +234,7 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
     perp_status status = PERP_OK;
 
     start_from(solver, z0);
-    if (perp__lcp_has_time(&solver->control, FIRST_RESIDUALS))
+    if (perp__lcp_has_time(&solver->control, RESIDUALS))
         status = slot->method->solve(slot->space.work, &iterate);
     if (status == PERP_OK && solver->control.aborted)
         status = perp__fail(solver->context, PERP_ERROR_CALLBACK, "the monitor asked to abort");
@@ -334,7 +328,7 @@ static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, con
             const int32_t is_improvable =
                 solver->improvable && perp__is_good(solver->best.outcome) && solver->ended < 0 &&
                 solver->best.worth.backward > PERP__EXACT && settings->polish &&
-                settings->tol < PERP__LOOSE;
+                settings->tol < PERP__ROUGH_TOLERANCE;
 
             goes_on = (!ends_the_search(solver) || is_improvable) &&
                       !(step->method == PERP_LCP_LEMKE && /* two say nothing of other methods */
@@ -432,7 +426,7 @@ static int32_t keep_time(perp_lcp_solver *solver)
         solver->z[i] = 1.0;
     perp__multiply_doubled(&solver->wide, solver->z, solver->q, solver->w_high, solver->w_low);
     solver->control.residual = perp__now() - begun;
-    solver->deadline -= LAST_RESIDUALS * solver->control.residual;
+    solver->deadline -= RESIDUALS * solver->control.residual;
     return !perp__is_past(solver->deadline);
 }
 

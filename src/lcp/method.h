@@ -5,6 +5,7 @@
 #ifndef PERP_LCP_METHOD_H
 #define PERP_LCP_METHOD_H
 
+#include <float.h>
 #include <math.h>
 
 #include <perp/lcp.h>
@@ -19,7 +20,7 @@
 #define PERP__STAGNATION 1000
 
 /* Pivots below this part of their column's largest entry make no good basis to start from. */
-#define PERP__POOR_PIVOT 1e-8
+#define PERP__POOR_PIVOT sqrt(DBL_EPSILON)
 
 /* Iterative refinements, at most. */
 #define PERP__REFINEMENTS 30

@@ -16,11 +16,6 @@
  * flow carries q along, it shows after as many as rough sweeps take. */
 #define PERP__FIRST_LOOK 4
 
-/* Where pivoting has failed on a dense matrix, Newton's method may take as many steps of n^3
- * operations as fit into PERP__NEWTON_WORK, and PERP__NEWTON_STEPS more. */
-#define PERP__NEWTON_WORK 1e11
-#define PERP__NEWTON_STEPS 30
-
 static int32_t add(perp__plan_step *steps, int32_t count, int32_t method)
 {
     steps[count] = (perp__plan_step){.method = method, .share = 1.0};
@@ -90,12 +85,8 @@ int32_t perp__make_plan(const perp_lcp_solver *solver, perp__plan_step *steps)
         if (path && block->has_positive_diagonal)
             count = add(steps, count, PERP_LCP_LEMKE);
     } else { /* Lemke is exact and processes any M */
-        const double n = solver->n;
-
         count = add(steps, count, PERP_LCP_LEMKE);
         count = add(steps, count, PERP_LCP_FISCHER);
-        steps[count - 1].iteration_limit =
-            (int64_t)(PERP__NEWTON_WORK / (n * n * n + 1.0)) + PERP__NEWTON_STEPS;
     }
     return sweeps ? add(steps, count, PERP_LCP_PGS) : count;
 }

@@ -14,8 +14,6 @@
  * grows by a node a round; sparse factorisations are cheap enough to follow it. */
 #define PERP__REPAIRS_DENSE 8
 #define PERP__REPAIRS_SPARSE 64
-/* Of a point that is good as it is: last digits are not worth more. */
-#define PERP__REPAIRS_GOOD 4
 
 static const double proximal[] = {0.0, 1e-13, 1e-10, 1e-7};
 
@@ -298,9 +296,7 @@ static perp_status attempt(perp_lcp_solver *solver, int32_t rounds, double rho,
 
 perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth, int32_t is_good)
 {
-    const int32_t rounds = is_good              ? PERP__REPAIRS_GOOD
-                           : uses_dense(solver) ? PERP__REPAIRS_DENSE
-                                                : PERP__REPAIRS_SPARSE;
+    const int32_t rounds = uses_dense(solver) ? PERP__REPAIRS_DENSE : PERP__REPAIRS_SPARSE;
     perp_status status = PERP_OK;
     perp__evaluation best = *worth;
 

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "lcp/solver.h"
+#include "lcp/lemke/lemke.h"
 #include "linalg/doubled.h"
 #include "linalg/lanes/vectors.h"
 
@@ -14,11 +15,6 @@ enum {
     MOST_PIVOTS = 4,
     PIVOTS = (MOST_PIVOTS + 1) * LENGTH /* and one a row to the basis to start from */
 };
-
-/* As for the first of lemke's attempts: smaller pivots, beside the largest entry of their columns,
- * are rounding; and how far rows may be passed, beside the largest |q|, for a larger pivot. */
-#define SMALLEST_PIVOT 1e-11
-#define SLACK 1e-12
 
 /* Where the column of a nonbasic variable begins: what it was before that pivot. */
 typedef struct column {

@@ -20,7 +20,7 @@ TARGET static inline void NAME(begin)(const perp_lcp_solver *solver, path *p, si
         p->nonbasic[k] = (column){solver->scaled + k * LENGTH, 0};
     }
     p->n = n;
-    p->slack = SLACK * largest_of(largest);
+    p->slack = PERP__DEPENDENT * largest_of(largest);
     p->count = 0;
     p->most = MOST_PIVOTS * (int32_t)n;
     if (budget > 0 && budget < p->most)
@@ -155,7 +155,7 @@ TARGET static inline int32_t NAME(has_rounding)(const double *x, size_t rows, do
 
     for (size_t i = 0; i < rows; i += LANES)
         largest = larger(absolute(load(x + i)), largest);
-    least = spread(SMALLEST_PIVOT * largest_of(largest));
+    least = spread(PERP__DEPENDENT * largest_of(largest));
     for (size_t i = 0; i < rows; i += LANES)
         found |= any_of(both(less(zero, load(x + i)), at_most(load(x + i), least)));
     if (found)

@@ -210,7 +210,8 @@ perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step,
 /* Keeps solver->z as it is, by this method which said this, if it is the best so far. */
 void perp__consider_point(perp_lcp_solver *solver, int32_t method, perp_outcome said);
 
-/* As good as a double gets: nothing more to gain. */
+/* As good as a double gets: a backward error up to PERP__EXACT leaves nothing to gain. */
+#define PERP__EXACT (4.0 * DBL_EPSILON)
 int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *worth);
 
 /* Reads places off solver->z and w_high: the side of z - w, in scaled units, on which it lies. */
@@ -222,9 +223,9 @@ double perp__margin_of(const perp_lcp_solver *solver, int32_t i);
 /* Makes the polish's memory ready for this set-up. PERP_OK, or _MEMORY. */
 perp_status perp__polish_fit(perp_lcp_solver *solver);
 
-/* A step of relative size s leaves an error of about s^2, as the inverse is about as inaccurate as
- * the point that came with it. */
-#define PERP__LAST_STEP 1e-8
+/* A step of this relative size s is the last one: it leaves an error of about s^2, as the inverse is
+ * about as inaccurate as the point that came with it. */
+#define PERP__LAST_STEP sqrt(DBL_EPSILON)
 
 /* Where the method that found the point of the last perp__find_product holds the inverse of its
  * active block: one step of refinement with it, instead of a factorisation, if that is all it

@@ -5,11 +5,14 @@
 #ifndef PERP_LINALG_HELD_ROWS_H
 #define PERP_LINALG_HELD_ROWS_H
 
+#include <float.h>
+#include <math.h>
+
 #include "base/arena.h"
 
 /* Rows have length 1; a remainder below the square root of rounding counts as dependent. Such a row
  * would determine a direction only with more error than the impulses that act on it have. */
-#define PERP__RANK_TOLERANCE 1e-8
+#define PERP__RANK_TOLERANCE sqrt(DBL_EPSILON)
 
 /* A direction is determined if no more than this of it is outside of the rows' span. */
 #define PERP__SPAN 1e-10

@@ -95,8 +95,6 @@ int32_t perp__is_like_laplace(const perp__matrix *M, int32_t *cursor)
 #define PERP__LARGE_BLOCK 3000
 #define PERP__LARGE_PLANE 60000
 #define PERP__PLANE 5 /* entries a row */
-/* Conjugate gradient steps: as many take about as long as a factorisation */
-#define PERP__STEPS 80
 /* A product in a dense front takes a tenth of what an entry takes in a sparse product: a
  * factorisation as many steps without a preconditioner. Below so many, these are not tried. */
 #define PERP__ENTRY 10.0

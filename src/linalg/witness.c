@@ -43,10 +43,6 @@
 /* Couplings below this are what stands in the place of zeros (linalg/scale.c). */
 #define NOISE perp__power_of_two(-PERP__NOISE)
 
-/* A diagonal below this is noise beside a coupling; log2 of an entry that no unit explains. */
-#define NOISE_DIAGONAL 0x1p-38
-#define UNEXPLAINED 20
-
 /* Exponents of units of the size that a caller may have chosen. */
 #define CHOSEN_UNIT 100
 
@@ -98,13 +94,13 @@ static int32_t has_noise(perp__witness *t, const perp__witness_point *p)
         return 0;
     perp__find_exponents(p->M, e, t->omegas);
     for (perp__cursor c = perp__first(p->M); !found && perp__advance(&c);) {
-        const double size = fabs(c.value), noise = NOISE_DIAGONAL * size;
+        const double size = fabs(c.value), noise = 4.0 * NOISE * size;
         const double a = diagonal[c.i], b = diagonal[c.j];
 
         if (c.i == c.j)
             continue;
         found = ((a != 0.0 && a <= noise) || (b != 0.0 && b <= noise)) && a * b <= noise * size;
-        found |= perp__exponent_of(size) + e[c.i] + e[c.j] >= UNEXPLAINED;
+        found |= perp__exponent_of(size) + e[c.i] + e[c.j] >= PERP__NOISE / 2;
     }
     return found;
 }
@@ -225,11 +221,9 @@ static void find_violations(perp__witness *t, const perp__witness_point *p, doub
  * contact laws have such in place of zeros. */
 #define NOISE_OF_SIDES DBL_EPSILON
 
-/* omega is a power of two near the largest right side: that is at most twice as large. */
-#define LARGEST_SIDE 2.0
-
 /* ordinary := |z_j|, but no larger than the right sides of its part, unless the caller says that
- * these are of no account; most := these, in the caller's units. Returns whether at least so much
+ * these are of no account; most := these, in the caller's units. omega is a power of two near the
+ * largest right side, which is at most twice as large. Returns whether at least so much
  * of every |z_j| is ordinary: then least^2 of a row's terms is least of its ordinary ones. */
 static int32_t find_ordinary(perp__witness *t, const perp__witness_point *p, double least)
 {
@@ -245,7 +239,7 @@ static int32_t find_ordinary(perp__witness *t, const perp__witness_point *p, dou
     for (int32_t i = 0; i < n; i++) {
         const double most = perp__shift(side[p->part[n + i]], -t->exponents[i] - t->omegas[n + i]);
 
-        t->ordinary[i] = p->least ? t->carried[i] : fmin(t->carried[i], fmin(most, LARGEST_SIDE));
+        t->ordinary[i] = p->least ? t->carried[i] : fmin(t->carried[i], fmin(most, 2.0));
         all &= least * t->carried[i] <= t->ordinary[i];
     }
     return all;

@@ -17,7 +17,7 @@
  * bodies and levers make of that); velocities that hold.c finds and the solution's, which stand
  * where a problem was stopped early; the points of a family, which the double description method
  * gives to 1e-9 or so; a friction force and its bound. */
-#define PERP__AGREEMENT 1e-8
+#define PERP__AGREEMENT sqrt(DBL_EPSILON)
 
 /* Of implicit steps: iterations that gain less than this factor are given a matrix of their own. */
 #define PERP__SLOW 0.1

@@ -145,7 +145,7 @@ static void test_sequences_of_sets(void **state)
                 kept += f.block.changes > 0;
                 change(&f, &random, round % 10 == 9 ? f.n : 1 + round % 4);
             }
-            assert_true(sizes[s] < 64 ? kept == 0 : kept > 5);
+            assert_true(sizes[s] < 8 ? kept == 0 : kept > 5);
             close_fixture(&f);
         }
 }

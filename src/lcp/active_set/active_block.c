@@ -7,15 +7,8 @@
 
 #include "linalg/blas.h"
 
-/* Below this order a new factorisation costs less than keeping the old one. */
-#define PERP__KEEP_FROM 64
-#define PERP__MOST_CHANGES 128
 /* Changes are kept up to this part of the block's order (bench/lcp_dense). */
 #define PERP__CHANGED_PART 8
-/* Pivots below this part of the largest one are rounding. */
-#define PERP__SINGULAR_PIVOT 1e-14
-/* A matrix taken for definite has larger ones. */
-#define PERP__INDEFINITE_PIVOT 1e-10
 
 static size_t at(int32_t i, int32_t j, int32_t ld)
 {
@@ -25,12 +18,9 @@ static size_t at(int32_t i, int32_t j, int32_t ld)
 void perp__active_block_layout(perp__arena *arena, perp__active_block *b, int32_t n, int32_t lent)
 {
     const size_t size = (size_t)n;
-    size_t capacity;
+    const size_t capacity = size / PERP__CHANGED_PART;
 
-    b->capacity = n < PERP__KEEP_FROM                           ? 0
-                  : n / PERP__CHANGED_PART > PERP__MOST_CHANGES ? PERP__MOST_CHANGES
-                                                                : n / PERP__CHANGED_PART;
-    capacity = (size_t)b->capacity;
+    b->capacity = (int32_t)capacity;
     PERP__INTEGERS(arena, size, &b->order, &b->position, &b->pivots, &b->column_of);
     PERP__INTEGERS(arena, capacity, &b->changed, &b->used, &b->schur_pivots);
     PERP__DOUBLES(arena, size * capacity, &b->border, &b->solved);
@@ -75,7 +65,7 @@ static void gather(const perp__active_block *b, int32_t j, int32_t row, int32_t 
         into[r] = from[(size_t)b->order[r] * stride] * (d[b->order[r]] * d[j]);
 }
 
-/* No pivot that rounding could have made, and for `definite` a determinant > 0. Without `pivots`
+/* No pivot that rounding could have made; for `definite` none that is poor, and a determinant > 0. Without `pivots`
  * the diagonal holds the roots of Cholesky. */
 static enum perp__block_state judge(const double *factored, int32_t n, const int32_t *pivots,
                                     int32_t definite)
@@ -97,9 +87,9 @@ static enum perp__block_state judge(const double *factored, int32_t n, const int
         least = pivot < least ? pivot : least;
         largest = pivot > largest ? pivot : largest;
     }
-    if (least < PERP__SINGULAR_PIVOT * largest)
+    if (least < PERP__SUM_ROUNDING * largest)
         return PERP__BLOCK_SINGULAR;
-    if (definite && (negative || least < PERP__INDEFINITE_PIVOT * largest))
+    if (definite && (negative || least < PERP__POOR_PIVOT * largest))
         return PERP__BLOCK_INDEFINITE;
     return PERP__BLOCK_READY;
 }

@@ -10,6 +10,11 @@
 /* Exchanges of whole blocks without progress before single ones. */
 #define PERP__PATIENCE 10
 
+/* A look for a basis near the solution's, and active sets of many small problems, end after so many
+ * rounds, and go on otherwise after so many in a row that did not help. */
+#define PERP__CRASH_ROUNDS 24
+#define PERP__CRASH_PATIENCE 3
+
 /* ---- active_block.c ---- */
 
 /* Linear systems with the active block M_AA of a dense matrix, for sets A that change from one to

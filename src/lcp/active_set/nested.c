@@ -24,14 +24,9 @@
 
 #include "base/outcome.h"
 
-#define FIRST_SWEEPS 2
-#define SWEEPS 20 /* on each level, where M is not symmetric */
-#define COARSE_STEPS 15
-#define FINE_STEPS 40
-#define ROUGH 0.2       /* relative residual of a step's equations */
-#define MOST_CYCLES 100 /* where that takes longer, multigrid is not for this matrix */
+#define STEPS 20  /* on each level */
+#define ROUGH 0.2 /* relative residual of a step's equations */
 #define FEW_CYCLES 4
-#define SIMILAR 0.02 /* share of rows */
 
 static void layout(perp__arena *arena, void *object)
 {
@@ -125,16 +120,10 @@ static int32_t sweep(const perp__nested *nested, int32_t k, int32_t forward)
     return changes;
 }
 
-/* How far the coarse matrices have fallen behind the index set. */
-typedef struct lag {
-    int32_t changes; /* rows that changed since they were made */
-    int32_t cycles;  /* what the last solve took */
-} lag;
-
 /* Newton's step for the rows between their bounds: exact on the last level, else by multigrid, and
- * rough. Coarse matrices of an index set that has changed since serve while the cycles stay few:
- * making them costs as much as three or four. Returns 0 if that fails. */
-static int32_t correct(perp__nested *nested, int32_t k, lag *behind)
+ * rough. Coarse matrices of an index set that has changed since serve while the cycles that a solve
+ * takes stay few: making them costs as much as three or four. Returns 0 if that fails. */
+static int32_t correct(perp__nested *nested, int32_t k, int32_t *cycles)
 {
     perp__multigrid *grid = nested->grid;
     const perp__level *rows = &grid->level[k];
@@ -155,16 +144,14 @@ static int32_t correct(perp__nested *nested, int32_t k, lag *behind)
             memcpy(nested->correction, level->residual, (size_t)rows->n * sizeof(double));
         }
     } else {
-        if (behind->changes <= SIMILAR * rows->n && behind->cycles <= FEW_CYCLES) {
+        if (*cycles <= FEW_CYCLES)
             perp__multigrid_change_block(grid, k, active, count);
-        } else {
+        else
             done = perp__multigrid_take_block(grid, k, active, count);
-            behind->changes = 0;
-        }
         if (done)
-            behind->cycles = perp__multigrid_solve(grid, level->residual, nested->correction, ROUGH,
-                                                   MOST_CYCLES);
-        done = done && behind->cycles >= 0;
+            *cycles = perp__multigrid_solve(grid, level->residual, nested->correction, ROUGH,
+                                            PERP__STEPS);
+        done = done && *cycles >= 0;
     }
     for (int32_t r = 0; r < count && done; r++) {
         const int32_t i = active[r];
@@ -182,18 +169,14 @@ static void settle(perp__nested *nested, const perp__lcp_problem *problem, int32
 {
     const int32_t n = nested->grid->level[k].n;
     const int32_t only_sweeps = nested->grid->unsymmetric;
-    const int32_t limit = only_sweeps ? SWEEPS : k > 0 ? COARSE_STEPS : FINE_STEPS;
-    int32_t changes;
-    lag behind = {n, 0};
+    int32_t changes, cycles = FEW_CYCLES + 1; /* there are no coarse matrices yet */
 
     *request = perp__is_past(nested->grid->deadline) ? PERP_OUTCOME_TIME_LIMIT : *request;
     memset(nested->level[k].places, PERP__FIXED, (size_t)n); /* none of what a sweep notes */
-    for (int32_t step = 1; step < FIRST_SWEEPS; step++)
-        sweep(nested, k, step % 2);
-    for (int32_t step = 0; step < limit && *request < 0; step++) {
+    sweep(nested, k, 1);
+    for (int32_t step = 0; step < STEPS && *request < 0; step++) {
         changes = sweep(nested, k, step % 2);
-        behind.changes += changes;
-        if (!only_sweeps && ((step > 0 && changes == 0) || !correct(nested, k, &behind)))
+        if (!only_sweeps && ((step > 0 && changes == 0) || !correct(nested, k, &cycles)))
             return;
         if (k > 0 || only_sweeps) {
             *request = perp__is_past(nested->grid->deadline) ? PERP_OUTCOME_TIME_LIMIT : -1;

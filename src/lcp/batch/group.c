@@ -4,18 +4,13 @@
 #include <math.h>
 #include <string.h>
 
+#include "lcp/active_set/active_set.h"
 #include "linalg/doubled.h"
 #include "linalg/lanes/multiversion.h"
 #include "linalg/lanes/vectors.h"
 
-/* Rounds of exchanges; and how many rounds may pass without fewer indices out of place before
- * single exchanges take over. Random problems of order 12 need 2 to 5 rounds. */
-#define PERP__BATCH_ROUNDS 24
-#define PERP__BATCH_TRIES 3.0
-/* Scaled numbers, rows and variables, that add up to no more than this need no care. Beside a row
- * that large a coupling of the other size is far from the noise (2^-40) that equilibration cuts. */
+/* Scaled numbers, rows and variables, that add up to no more than this need no care. */
 #define PERP__BATCH_LARGE 0x1p24
-#define PERP__BATCH_COUPLED 0x1p-12
 
 #define TEMPLATE "lcp/batch/vector.h"
 #include "linalg/lanes/each_set.h"
@@ -120,9 +115,9 @@ void perp__batch_group_read(perp__batch_group *group, const perp__batch_data *da
     const double *M[8] = {NULL}, *q[8] = {NULL};
 
     group->has_free = 0;
-    group->most_rounds = data->max_iterations > 0 && data->max_iterations < PERP__BATCH_ROUNDS
+    group->most_rounds = data->max_iterations > 0 && data->max_iterations < PERP__CRASH_ROUNDS
                              ? data->max_iterations
-                             : PERP__BATCH_ROUNDS;
+                             : PERP__CRASH_ROUNDS;
     group->rests_at_zero = !data->lower && !data->upper;
     for (size_t i = 0; i < n * width && group->rests_at_zero; i++) {
         group->lower[i] = group->active[i] = group->rest[i] = 0.0;

@@ -219,7 +219,7 @@ static TARGET lanes NAME(find_set)(const perp__batch_group *g)
         if (!any_of(less(half, count)) || round == g->most_rounds)
             break;
         falls = less(count, best);
-        tries = pick(falls, spread(PERP__BATCH_TRIES), subtract(tries, one));
+        tries = pick(falls, spread(PERP__CRASH_PATIENCE), subtract(tries, one));
         best = pick(falls, count, best);
         NAME(exchange)(g, pick(less(tries, zero), one, zero));
     }
@@ -282,7 +282,8 @@ static TARGET truth NAME(is_one_part)(const perp__batch_group *g)
 {
     const size_t n = (size_t)g->n;
     const double *const M = g->M, *const w_unit = g->w_unit, *const size = g->size;
-    const lanes least = spread(PERP__BATCH_COUPLED);
+    /* beside rows of that size a coupling from here on is no noise to equilibration */
+    const lanes least = spread(PERP__CERTAIN * PERP__BATCH_LARGE * perp__power_of_two(-PERP__NOISE));
     truth one_part = at_most(least, least);
 
     for (size_t j = 1; j < n; j++) {

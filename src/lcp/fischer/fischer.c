@@ -17,10 +17,7 @@
 
 #define AIM 0.1     /* goes on to tol * AIM while it can: the next step is cheap or the last */
 #define PATIENCE 30 /* iterations without progress */
-
-/* Of the start. */
-#define SLACK 0.95 /* Khobotov's bound on t |F(y) - F(z)| / |y - z| */
-#define SHRINKS 30
+#define SLACK 0.95  /* of the start: Khobotov's bound on t |F(y) - F(z)| / |y - z| */
 
 /* Before attempt 0, 1, ... from a cold start and from a warm one: different starts end in different
  * local minima of Psi. */
@@ -170,7 +167,7 @@ static void extragradient(perp__fischer_state *f, int32_t steps)
     for (int32_t k = 0; k < steps && !perp__is_past(p->control->deadline); k++) {
         double ratio = look_ahead(f, t, y, wy);
 
-        for (int32_t shrink = 0; shrink < SHRINKS && !(ratio <= SLACK); shrink++) {
+        for (int32_t shrink = 0; shrink < PERP__HALVINGS && !(ratio <= SLACK); shrink++) {
             t *= ratio < 1.0 ? 0.7 : ratio < 9.0 ? 0.9 / ratio : 0.1;
             ratio = look_ahead(f, t, y, wy);
         }

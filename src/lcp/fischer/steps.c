@@ -13,21 +13,16 @@
  * problems with singular S are solved to the end. Psi may rise for a few steps (the watchdog of
  * Chamberlain, Powell, Lemarechal & Pedersen 1982), after that the best point is taken up again and
  * Newton's step for Phi is made instead. */
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 #include "lcp/fischer/fischer.h"
 
-/* Newton's. */
-#define DESCENT 1e-8 /* rho and p of the test grad Psi' d <= -rho |d|^p */
-#define POWER 2.1
-
 /* The active set's. */
-#define RHO 0.1 /* the first that is not 0, of a unit diagonal, and from one to the next */
-#define RHO_LEAST 1e-9
-#define TRIALS 3   /* values of rho in a step */
-#define FALL 0.5   /* of Psi, that ends a watch */
-#define FAILURES 3 /* in a row, then comes a pause of as many steps */
+#define RHO 0.1  /* the first that is not 0, of a unit diagonal, and from one to the next */
+#define TRIALS 3 /* values of rho in a step; steps that fail, before a pause of as many */
+#define FALL 0.5 /* of Psi, that ends a watch */
 
 /* rho, one after the other until a direction serves. */
 static const double proximal[] = {0.0, 1e-12, 1e-9, 1e-6, 1e-3};
@@ -58,7 +53,7 @@ perp_status perp__fischer_newton_step(perp__fischer_state *f)
 {
     const perp__lcp_problem *p = f->common.problem;
     const perp__fischer_point point = {p->n, f->z, f->w, p->lower, p->upper, f->penalty};
-    double slope, square;
+    double slope;
 
     perp__fischer_slopes(&point, &f->S.S, f->part, f->work, f->slope_z, f->slope_w);
     for (size_t k = 0; k < sizeof proximal / sizeof proximal[0]; k++) {
@@ -78,12 +73,10 @@ perp_status perp__fischer_newton_step(perp__fischer_state *f)
             continue;
         perp__fischer_solve_rows(f, f->d, f->image);
         /* 2. Where grad Psi' d = Phi' (D_z + D_w S) d says so, along it. */
-        slope = square = 0.0;
-        for (int32_t i = 0; i < p->n; i++) {
+        slope = 0.0;
+        for (int32_t i = 0; i < p->n; i++)
             slope += f->phi[i] * (f->slope_z[i] * f->d[i] + f->slope_w[i] * f->image[i]);
-            square += f->d[i] * f->d[i];
-        }
-        if (slope <= -DESCENT * pow(square, 0.5 * POWER) && line_search(f, slope))
+        if (slope < 0.0 && line_search(f, slope))
             return 1;
     }
     /* 3. Else down the gradient; fixed variables do not move. */
@@ -137,8 +130,8 @@ perp_status perp__fischer_active_step(perp__fischer_state *f)
     double rho = f->rho, psi;
 
     /* 1. Where these steps do not serve, they are tried less often. */
-    if (f->failures >= FAILURES) {
-        if (++f->failures > 2 * FAILURES)
+    if (f->failures >= TRIALS) {
+        if (++f->failures > 2 * TRIALS)
             f->failures = 0;
         return 0;
     }
@@ -163,7 +156,7 @@ perp_status perp__fischer_active_step(perp__fischer_state *f)
         f->places = f->next_places;
         f->next_places = places;
         f->has_places = 1;
-        f->rho = rho > 0.0 ? fmax(RHO * rho, RHO_LEAST) : 0.0;
+        f->rho = rho > 0.0 ? fmax(RHO * rho, sqrt(DBL_EPSILON)) : 0.0;
         f->watched++;
         if (psi <= FALL * f->kept_psi)
             f->watched = f->failures = 0;

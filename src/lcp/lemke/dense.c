@@ -16,8 +16,6 @@
 #define CRASH_LU_FROM 256
 /* The more of M is skew, the more rounds it takes: from this part on too many for LU. */
 #define CRASH_SKEW 1.5
-/* A crash ends after so many rounds, and after so many in a row that did not help. */
-#define CRASH_ROUNDS 24
 /* The basis it ends with is taken if at most this part of the indices is infeasible; but to get
  * there by pivots costs as much as a dozen rounds, so from there on it may wait longer. */
 #define CRASH_PART 8
@@ -340,7 +338,7 @@ static enum perp__lemke_guess crash(perp__lemke *l, perp__lcp_iterate *iterate)
     b->few = p->n / CRASH_PART;
     b->patience_of_few = PERP__PATIENCE;
     b->single_patience = 0;
-    b->round_limit = CRASH_ROUNDS;
+    b->round_limit = PERP__CRASH_ROUNDS;
     if (p->iteration_limit > 0 && p->iteration_limit < b->round_limit)
         b->round_limit = p->iteration_limit;
     memcpy(b->places, l->places, n);

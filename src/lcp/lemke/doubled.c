@@ -12,9 +12,6 @@
 #include "lcp/lemke/lemke.h"
 #include "linalg/lanes/multiversion.h"
 
-/* Exchanges that fit beyond one a pair. */
-#define SPARE 64
-
 typedef struct pair {
     double high, low;
 } pair;
@@ -60,11 +57,11 @@ static void layout(perp__arena *arena, void *object)
 {
     perp__lemke *l = object;
     perp__doubled *d = &l->doubled;
-    const size_t n = (size_t)l->capacity, columns = n + SPARE;
+    const size_t n = (size_t)l->capacity, columns = 2 * n; /* an inversion takes no more than half */
 
     if (l->is_sparse)
         perp__lemke_layout_tableau(arena, l);
-    d->capacity = l->capacity + SPARE;
+    d->capacity = (int32_t)columns;
     d->rows = perp__arena_take(arena, columns, sizeof(int32_t));
     PERP__DOUBLES(arena, columns, &d->pivot_high, &d->pivot_low);
     PERP__DOUBLES(arena, columns * n, &d->high, &d->low);

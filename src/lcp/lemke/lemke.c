@@ -9,11 +9,8 @@
 #include <string.h>
 
 #include "base/random.h"
+#include "base/rounding.h"
 
-/* A t that is larger than this, relative to its start, is no end that a polish could mend. */
-#define FAR_OFF 1e-6
-/* What the end of a path in doubled precision knows of x, relative to the largest. */
-#define KNOWN_IN_DOUBLED 1e-26
 /* Sparse problems with a larger part of the entries than 1 / FILLED are solved faster by a dense
  * tableau, as small ones are; up to the size below there is room for a dense tableau in doubled
  * precision where all else fails. */
@@ -227,13 +224,13 @@ static double cover_slack(perp__lemke *l, const double *z)
     for (int32_t r = 0; r < l->pairs; r++)
         if (l->basic[r] < l->pairs)
             z_largest = fmax(z_largest, fabs(l->b[r]) * l->column_unit[l->basic[r]]);
-    /* 2. The column; an x is known in doubled precision already. */
+    /* 2. The column; an x is known in doubled precision already, relative to the largest. */
     memset(l->covering, 0, (size_t)l->pairs * sizeof *l->covering);
     for (int32_t r = 0; r < l->pairs; r++) {
         const double off = perp__lemke_violation(l, r);
         const int32_t k = perp__lemke_pair(l, l->basic[r]);
         const double noise = l->basic[r] < l->pairs
-                                 ? KNOWN_IN_DOUBLED * z_largest / l->column_unit[k]
+                                 ? PERP__SUM_ROUNDING * PERP__SUM_ROUNDING * z_largest / l->column_unit[k]
                                  : 0.5 * DBL_EPSILON * l->work[l->index[k]] * l->row_unit[k];
 
         l->column[r] = off == 0.0 ? 0.0 : l->b[r] < l->low[r] ? -1.0 : 1.0;
@@ -323,7 +320,7 @@ static perp_status solve_cold(perp__lemke *l, perp__lcp_iterate *iterate)
     t_row = l->row_of[perp__lemke_t(l)];
     iterate->far_off = (l->outcome == PERP_OUTCOME_RAY || l->outcome == PERP_OUTCOME_STALLED ||
                         (l->outcome == PERP_OUTCOME_ITERATION_LIMIT && p->iteration_limit <= 0)) &&
-                       t_row >= 0 && fabs(l->b[t_row]) > FAR_OFF * l->largest_b;
+                       t_row >= 0 && fabs(l->b[t_row]) > PERP__DOUBTFUL * l->largest_b;
     if (l->outcome == PERP_OUTCOME_RAY)
         write_ray(l, iterate);
     return l->basis->values && l->outcome == PERP_OUTCOME_SOLVED ? tighten(l, iterate) : PERP_OK;

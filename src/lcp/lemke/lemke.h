@@ -8,12 +8,13 @@
 #include "linalg/basis.h"
 #include "linalg/lanes/panels.h"
 
-/* A look for a basis near the solution's ends after so many rounds in a row that did not help. */
-#define PERP__CRASH_PATIENCE 3
-
 /* Free variables are dependent where a pivot among them, beside the largest entry, or the
  * reciprocal condition of their basis is below this. */
 #define PERP__DEPENDENT 1e-12
+
+/* Pivots this small in their column are not believed before a refactorisation; a t that is larger
+ * than this, relative to its start, is no end that a polish could mend. */
+#define PERP__DOUBTFUL 1e-6
 
 /* ---- tableau.c ---- */
 

@@ -14,11 +14,6 @@
 #define TEMPLATE "lcp/lemke/rows_vector.h"
 #include "linalg/lanes/each_set.h"
 
-/* What counts as a tie in the lexicographic test: exact data tie exactly, rounding nearly so. */
-#define TIE 1e-12
-/* Pivots this small in their column are not believed before a refactorisation. */
-#define DOUBTFUL 1e-6
-
 static const perp__row_kernels *const kernels[] = {PERP__OF_EACH_SET(&kernels)};
 
 const perp__row_kernels *perp__row_kernels_number(int32_t number)
@@ -149,13 +144,14 @@ static int32_t lexicographic_row(perp__lemke *l, double own_range)
     double least = INFINITY, far, speed, tie;
     int32_t found = PERP__NO_ROW, ties = 0, r;
 
-    /* 1. The least ratio, and the first row that has it; t wins a tie. */
+    /* 1. The least ratio, and the first row that has it; t wins a tie. Exact data tie exactly,
+     * rounding nearly so. */
     for (r = 0; r < l->pairs; r++)
         if (find_distance(l, r, floor, &far, &speed) && far / speed < least)
             least = far / speed;
     if (own_range < least)
         return PERP__FLIP;
-    tie = least * (1.0 + TIE);
+    tie = least * (1.0 + PERP__DEPENDENT);
     for (r = 0; r < l->pairs; r++) {
         if (!find_distance(l, r, floor, &far, &speed) || !(far / speed <= tie))
             continue;
@@ -170,7 +166,7 @@ static int32_t lexicographic_row(perp__lemke *l, double own_range)
 
             write_perturbations(l, r, other);
             while (j < l->pairs &&
-                   !(fabs(other[j] - best[j]) > TIE * (fabs(other[j]) + fabs(best[j]))))
+                   !(fabs(other[j] - best[j]) > PERP__DEPENDENT * (fabs(other[j]) + fabs(best[j]))))
                 j++;
             if (j == l->pairs || !(other[j] < best[j]))
                 continue;
@@ -201,7 +197,7 @@ static perp_status find_blocking(perp__lemke *l, double own_range, int32_t *r)
         return status;
     *r = blocking_row(l, own_range);
     if (!l->basis->refactor || *r == PERP__FLIP ||
-        (*r >= 0 && fabs(l->column[*r]) >= DOUBTFUL * perp__lemke_largest_entry(l)))
+        (*r >= 0 && fabs(l->column[*r]) >= PERP__DOUBTFUL * perp__lemke_largest_entry(l)))
         return PERP_OK;
     status = l->basis->refactor(l);
     if (status == PERP__LEMKE_AS_NEW)

@@ -20,14 +20,6 @@
 
 /* Pivots between refactorisations at most. */
 #define SPIKES 64
-/* Steps of the crash, and how many of them in a row may bring nothing where the sets need not be
- * monotone. */
-#define STEPS 200
-/* Of a singular block, beside rows near 1. */
-#define PROXIMAL 1e-7
-/* Below this size a crash that fails costs more than the path from the slacks, so only matrices
- * that look like P-matrices get one. */
-#define WORTH_IT 400
 /* Violations that pivots remove for less than another step of the crash costs; a guess is one if
  * beyond those few at most one pair in so many is violated. */
 #define FEW 16
@@ -249,7 +241,8 @@ static int32_t correct(void *work, const double *residual, double *step)
 static perp_status crash(perp__lemke *l, perp__lcp_iterate *iterate, enum perp__lemke_guess *guess)
 {
     const perp__lcp_problem *p = l->head.problem;
-    perp__active_set_limits limits = {STEPS, PERP__CRASH_PATIENCE, 0, FEW, PROXIMAL};
+    perp__active_set_limits limits = {PERP__ITERATIONS, PERP__CRASH_PATIENCE, 0, FEW,
+                                       sqrt(DBL_EPSILON)};
     perp_status status;
 
     if (p->iteration_limit > 0 && p->iteration_limit < limits.iterations)
@@ -263,7 +256,7 @@ static perp_status crash(perp__lemke *l, perp__lcp_iterate *iterate, enum perp__
         return PERP_OK;
     memcpy(l->places, iterate->places, (size_t)p->n);
     if (iterate->outcome == PERP_OUTCOME_STALLED ||
-        (iterate->outcome == PERP_OUTCOME_ITERATION_LIMIT && limits.iterations == STEPS))
+        (iterate->outcome == PERP_OUTCOME_ITERATION_LIMIT && limits.iterations == PERP__ITERATIONS))
         return take_guess(l, guess);
     *guess = PERP__GUESS_END;
     iterate->has_places = 1;
@@ -277,7 +270,6 @@ static perp_status start_near(perp__lemke *l, perp__lcp_iterate *iterate,
 {
     const perp__lcp_problem *p = l->head.problem;
     const double *z = iterate->z;
-    int32_t has_diagonal = 1; /* that of a P-matrix: all variables with a bound do */
     perp_status status = PERP_OK;
 
     if (p->settings->pivot_rule == PERP_PIVOT_LEXICOGRAPHIC)
@@ -293,15 +285,9 @@ static perp_status start_near(perp__lemke *l, perp__lcp_iterate *iterate,
             status = take_guess(l, guess);
         }
     }
-    if (status != PERP_OK || *guess != PERP__GUESS_NONE || !p->settings->crash)
-        return status;
-    for (int32_t i = 0; i < p->n; i++) {
-        const int32_t is_free = p->lower[i] == -INFINITY && p->upper[i] == INFINITY;
-
-        if (p->lower[i] < p->upper[i] && !is_free && !(perp__entry(p->M, i, i) > 0.0))
-            has_diagonal = 0;
-    }
-    return iterate->warm || p->n >= WORTH_IT || has_diagonal ? crash(l, iterate, guess) : PERP_OK;
+    return status == PERP_OK && *guess == PERP__GUESS_NONE && p->settings->crash
+               ? crash(l, iterate, guess)
+               : status;
 }
 
 /* The basis of the slacks and the free variables, or, where those depend on each other, of the

@@ -1,17 +1,11 @@
 /* The order of elimination, the pattern of the factors and the fronts: once for a graph. */
 #include <amd.h>
+#include <math.h>
 #include <string.h>
 
 #include "base/context.h"
 #include "base/sort.h"
 #include "linalg/fronts/fronts.h"
-
-/* Zeros that a front may take in for the sake of more nodes in one dense block: a large part of a
- * small front, a small one of a large. */
-enum { TINY = 4, SMALL = 8 };
-#define TINY_ZEROS 0.5
-#define SMALL_ZEROS 0.3
-#define ZEROS 0.08
 
 static void layout_graph(perp__arena *arena, void *object)
 {
@@ -152,7 +146,8 @@ static void find_pattern(perp__fronts *f, const int32_t *starts, const int32_t *
 }
 
 /* Fronts: a node joins those before it where its only child at hand is the last of them and little
- * is gained by keeping them apart. entry: the zeros that each has taken in. */
+ * is gained by keeping them apart: a large part of a small front may be zeros, a small one of a
+ * large. entry: the zeros that each has taken in. */
 static void find_fronts(perp__fronts *f)
 {
     f->count = 0;
@@ -165,7 +160,7 @@ static void find_fronts(perp__fronts *f)
             perp__front *b = &f->fronts[f->count - 1], *a = b - 1;
             const double own = a->count, more = b->count, rest = b->rest;
             const int32_t both = a->count + b->count;
-            const double share = both <= TINY ? TINY_ZEROS : both <= SMALL ? SMALL_ZEROS : ZEROS;
+            const double share = 1.0 / sqrt(both);
             const double zeros = a->entry + b->entry + own * (more + rest - (double)a->rest);
             const double kept = own * (own + 1.0) / 2.0 + own * (double)a->rest +
                                 more * (more + 1.0) / 2.0 + more * rest;

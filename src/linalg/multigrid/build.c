@@ -8,7 +8,6 @@
 /* ---- which rows form a coarse variable: rows that are strongly coupled (Vanek, Mandel & Brezina
  * 1996, section 5) ---- */
 
-#define PERP__FEW_SWEEPS 2
 #define PERP__MANY_SWEEPS 10
 
 /* S_ij < 0 and S_ij^2 > threshold^2 S_ii S_jj */
@@ -29,14 +28,13 @@ static void find_near_null(const perp__multigrid *grid)
 {
     const perp__level *level = &grid->level[0];
     const int32_t n = level->n;
-    int32_t limit = PERP__FEW_SWEEPS;
+    int32_t changes = n;
     double *t = level->near_null;
 
     for (int32_t i = 0; i < n; i++)
         t[i] = 1.0;
-    for (int32_t sweeps = 0; sweeps < limit; sweeps++) {
-        int32_t changes = 0;
-
+    for (int32_t sweeps = 0; sweeps < PERP__MANY_SWEEPS && changes > n / 10; sweeps++) {
+        changes = 0;
         for (int32_t step = 0; step < 2 * n && !perp__multigrid_is_late(grid, step); step++) {
             const int32_t i = step < n ? step : 2 * n - 1 - step;
             const double sum = perp__level_times(level, level->values, i, t), before = t[i];
@@ -44,8 +42,6 @@ static void find_near_null(const perp__multigrid *grid)
             t[i] = fmax(before - sum * level->inverse_diagonal[i], 0x1p-10 * before);
             changes += step < n && fabs(t[i] - before) > 0.05 * before;
         }
-        if (changes > n / 10)
-            limit = PERP__MANY_SWEEPS;
     }
 }
 

@@ -12,6 +12,8 @@
 /* Of fewer rows a factorisation costs next to nothing. */
 #define PERP__COARSEST 100
 #define PERP__LEVELS 24
+/* Conjugate gradient steps: as many take about as long as a factorisation. */
+#define PERP__STEPS 80
 
 /* A matrix S by rows, and how it hangs together with the next coarser one, P' S P. The entries of a
  * row come in any order. */
