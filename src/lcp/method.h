@@ -57,12 +57,11 @@ typedef struct perp__lcp_control {
 typedef struct perp__lcp_problem {
     perp_context *context;
     int32_t n;
-    int64_t setup;                   /* its number: another one, another matrix */
-    const perp__matrix *M;           /* the caller's matrix, not scaled */
-    const double *factors;           /* D itself: 2^e, |e| <= 511, so that D_i D_j is exact */
-    const double *row_norms;         /* of the scaled M */
+    int64_t setup;         /* its number: another one, another matrix */
+    const perp__matrix *M; /* dense by columns, or CSC where that pays */
+    const double *row_norms;
     const double *q, *lower, *upper; /* scaled; infinite bounds stay infinite */
-    perp__sparse_block *block; /* blocks of the scaled matrix, factored; NULL if it is dense */
+    perp__sparse_block *block;       /* blocks of M, factored; NULL if it is dense */
     const perp_lcp_settings *settings;
     double tol;              /* where a method may stop: settings->tol, or less */
     int64_t iteration_limit; /* <= 0: the method's own */
@@ -147,7 +146,7 @@ static inline int32_t perp__lcp_may_factor(perp__lcp_control *control, double co
     return perp__lcp_may_multiply(control, count * count * count / (halves ? 6.0 : 3.0), n);
 }
 
-/* `sign` times the scaled M, as a dense column-major n by n array. */
+/* `sign` times M, as a dense column-major n by n array. */
 void perp__lcp_dense(const perp__lcp_problem *problem, double sign, double *dense,
                      size_t leading_dimension);
 
@@ -155,9 +154,8 @@ void perp__lcp_dense(const perp__lcp_problem *problem, double sign, double *dens
 perp_status perp__lcp_problem_read(perp_context *context, perp__matrix *own, const perp_matrix *M,
                                    const double *lower, const double *upper);
 
-/* w = S z + q, S the scaled M; product: n of work. */
-void perp__lcp_affine(const perp__lcp_problem *problem, const double *z, double *product,
-                      double *w);
+/* w = M z + q */
+void perp__lcp_affine(const perp__lcp_problem *problem, const double *z, double *w);
 
 /* Of a dense M. Positive definite matrices have a positive diagonal; contact problems with friction
  * do not. */

@@ -27,12 +27,11 @@ static int32_t add(perp__plan_step *steps, int32_t count, int32_t method)
  * suffice; where time is short, because a direct solve may end with nothing to show. */
 static int32_t add_sweeps_first(const perp_lcp_solver *solver, perp__plan_step *steps)
 {
-    const int32_t is_sparse = solver->M.column_starts != NULL;
+    const int32_t is_sparse = solver->S.column_starts != NULL;
     const int32_t is_tridiagonal = is_sparse && solver->block.kind == PERP__SPARSE_TRIDIAGONAL;
     const int32_t is_limited = solver->settings.time_limit > 0.0;
     const int32_t may_promise = is_sparse && solver->n >= PERP__LARGE_MATRIX;
-    const int32_t is_dear =
-        is_sparse && solver->n > PERP__SMALL_SPARSE && solver->block.kind == PERP__SPARSE_GENERAL;
+    const int32_t is_dear = is_sparse && solver->block.kind == PERP__SPARSE_GENERAL;
     double share = 0.0;
 
     add(steps, 0, PERP_LCP_PGS);
@@ -40,9 +39,7 @@ static int32_t add_sweeps_first(const perp_lcp_solver *solver, perp__plan_step *
     /* A sweep over a diagonally dominant problem leaves the rows' off-diagonal share at most, in
      * the mean its square. */
     for (int32_t i = 0; i < solver->n && may_promise; i++)
-        share = fmax(share, solver->row_norms[i] / (perp__entry(&solver->M, i, i) *
-                                                    solver->factors[i] * solver->factors[i]) -
-                                1.0);
+        share = fmax(share, solver->row_norms[i] / perp__entry(&solver->S, i, i) - 1.0);
     if (is_dear || (may_promise && share < 1.0 &&
                     log(0.1 * solver->settings.tol) / (2.0 * log(fmax(share, 0.1))) <
                         PERP__ROUGH_SWEEPS_SPARSE)) {
@@ -62,15 +59,15 @@ static int32_t add_sweeps_first(const perp_lcp_solver *solver, perp__plan_step *
 int32_t perp__make_plan(const perp_lcp_solver *solver, perp__plan_step *steps)
 {
     const perp__sparse_block *block = &solver->block;
-    const int32_t is_sparse = solver->M.column_starts != NULL;
+    const int32_t is_sparse = solver->S.column_starts != NULL;
     const int32_t sweeps =
-        is_sparse ? block->has_positive_diagonal : perp__diagonal_is_positive(&solver->M);
+        is_sparse ? block->has_positive_diagonal : perp__diagonal_is_positive(&solver->S);
     int32_t count;
 
     if (solver->settings.method != PERP_LCP_AUTO)
         return add(steps, 0, solver->settings.method);
     count = sweeps ? add_sweeps_first(solver, steps) : 0;
-    if (is_sparse && solver->n > PERP__SMALL_SPARSE) {
+    if (is_sparse) {
         /* Active sets first where the signs promise that they settle. Pivoting before Newton's
          * method on matrices without a positive diagonal, as friction makes them: there Newton's
          * equations are near singular, and fill in. Else Newton's method first where a dense

@@ -19,7 +19,7 @@ static const double proximal[] = {0.0, 1e-13, 1e-10, 1e-7};
 
 static int32_t uses_dense(const perp_lcp_solver *solver)
 {
-    return !solver->M.column_starts || solver->n <= PERP__SMALL_SPARSE;
+    return !solver->S.column_starts;
 }
 
 static void layout(perp__arena *arena, void *object)
@@ -51,8 +51,6 @@ perp_status perp__polish_fit(perp_lcp_solver *solver)
 static perp_status factor(perp_lcp_solver *solver, int32_t count, double rho, int32_t *regular)
 {
     perp__polish *p = &solver->polish;
-    const perp__matrix *M = &solver->M;
-    const double *d = solver->factors;
     const int32_t *active = p->active;
     perp_status status;
 
@@ -64,24 +62,11 @@ static perp_status factor(perp_lcp_solver *solver, int32_t count, double rho, in
     }
     *regular = perp__lcp_may_factor(&solver->control, count, 0, solver->n);
     for (int32_t c = 0; c < count && *regular; c++) {
+        const double *from = solver->S_values + (size_t)active[c] * (size_t)solver->n;
         double *column = p->block + (size_t)c * (size_t)count;
-        const int32_t j = active[c];
-        int32_t r = 0;
 
-        if (M->column_starts) {
-            memset(column, 0, (size_t)count * sizeof *column);
-            for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
-                while (r < count && active[r] < M->row_indices[k])
-                    r++;
-                if (r < count && active[r] == M->row_indices[k])
-                    column[r] = M->values[k] * (d[active[r]] * d[j]);
-            }
-        } else {
-            const double *from = M->values + (size_t)j * M->column_stride;
-
-            for (; r < count; r++)
-                column[r] = from[(size_t)active[r] * M->row_stride] * (d[active[r]] * d[j]);
-        }
+        for (int32_t r = 0; r < count; r++)
+            column[r] = from[active[r]];
         column[c] += rho;
     }
     *regular = *regular && perp__lu_factor(count, p->block, count > 0 ? count : 1, p->pivots) == 0;

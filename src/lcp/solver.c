@@ -55,6 +55,7 @@ static void release(void *object)
     for (int32_t k = 0; k < PERP__METHODS; k++)
         perp__workspace_release(&solver->slots[k].space, solver->slots[k].method->release);
     perp__arena_release(&solver->polish.arena);
+    perp__arena_release(&solver->S_arena);
     if (solver->inner)
         perp__handle_end(solver->inner);
     if (solver->tree)
@@ -239,6 +240,69 @@ static void equilibrate(perp_lcp_solver *solver)
     for (int32_t i = 0; i < solver->n && !solver->by_columns; i++)
         solver->factors[i] = perp__power_of_two(solver->exponents[i]);
     solver->parts = perp__find_parts(&solver->M, solver->part, solver->reach);
+}
+
+static void layout_S(perp__arena *arena, void *object)
+{
+    perp_lcp_solver *s = object;
+    const size_t n = (size_t)s->n;
+
+    s->S_values = perp__arena_take(
+        arena, s->S.column_starts ? (size_t)s->S.column_starts[n] : n * n, sizeof(double));
+}
+
+/* A strip of rows at a time, so that what is read and what is written stay in the cache until their
+ * lines are complete. */
+static void scale_dense(const perp__matrix *M, const double *d, double *S)
+{
+    enum { ROWS = 16 };
+    const int32_t n = M->rows;
+
+    for (int32_t begin = 0; begin < n; begin += ROWS)
+        for (int32_t j = 0; j < n; j++) {
+            const double *from = M->values + (size_t)j * M->column_stride;
+
+            for (int32_t i = begin; i < begin + ROWS && i < n; i++)
+                S[(size_t)i + (size_t)j * (size_t)n] =
+                    from[(size_t)i * M->row_stride] * (d[i] * d[j]);
+        }
+}
+
+perp_status perp__scale_matrix(perp_lcp_solver *s)
+{
+    const perp__matrix *M = &s->M;
+    const double *d = s->factors;
+    const int32_t is_sparse = M->column_starts && s->n > PERP__SMALL_SPARSE;
+    perp_status status;
+
+    if (s->S_setup == s->setups)
+        return PERP_OK;
+    s->S_setup = 0;
+    s->S = (perp__matrix){s->n,
+                          s->n,
+                          1,
+                          (size_t)s->n,
+                          NULL,
+                          is_sparse ? M->column_starts : NULL,
+                          is_sparse ? M->row_indices : NULL};
+    status = perp__arena_fit(&s->S_arena, s->context, layout_S, s);
+    if (status != PERP_OK)
+        return status;
+    s->S.values = s->S_values;
+    s->S_setup = s->setups;
+    if (!M->column_starts) {
+        scale_dense(M, d, s->S_values);
+        return PERP_OK;
+    }
+    if (!is_sparse && s->n > 0)
+        memset(s->S_values, 0, (size_t)s->n * (size_t)s->n * sizeof *s->S_values);
+    for (int32_t j = 0; j < s->n; j++)
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
+            const int32_t i = M->row_indices[k];
+
+            s->S_values[is_sparse ? k : i + j * s->n] = M->values[k] * (d[i] * d[j]);
+        }
+    return PERP_OK;
 }
 
 perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const double *lower,

@@ -68,12 +68,16 @@ struct perp_lcp_solver {
     int32_t is_small;         /* and the bounds are 0 and +inf */
     double *lower, *upper;    /* caller's units */
     double *factors;          /* D */
-    int32_t *exponents;       /* log2 of D, see linalg/scale.h */
-    int32_t *work;            /* 2 n */
-    double *row_norms;        /* 1-norms of the rows of D M D */
-    const double *q;          /* the caller's, during a solve, or q_own */
-    double *q_own;            /* 0 beyond n */
-    double *turned;           /* M's values with equations turned round */
+    perp__matrix S;           /* D M D, for methods and the polish: CSC where M is, and large */
+    double *S_values;
+    perp__arena S_arena;
+    int64_t S_setup;    /* the set-up that it is of */
+    int32_t *exponents; /* log2 of D, see linalg/scale.h */
+    int32_t *work;      /* 2 n */
+    double *row_norms;  /* 1-norms of the rows of D M D */
+    const double *q;    /* the caller's, during a solve, or q_own */
+    double *q_own;      /* 0 beyond n */
+    double *turned;     /* M's values with equations turned round */
     size_t turned_entries;
     int8_t *signs;        /* n: -1 where a row is, */
     int32_t is_turned;    /* if any is */
@@ -117,6 +121,9 @@ struct perp_lcp_solver {
     perp__sparse_block block; /* of sparse problems */
     int64_t block_read;       /* the set-up it was read from */
 };
+
+/* Makes solver->S, once a set-up. PERP_OK or _MEMORY. */
+perp_status perp__scale_matrix(perp_lcp_solver *solver);
 
 /* The monitor and the time limit of a call that began then. */
 void perp__open_control(perp_lcp_solver *solver, double started);
@@ -223,8 +230,8 @@ double perp__margin_of(const perp_lcp_solver *solver, int32_t i);
 /* Makes the polish's memory ready for this set-up. PERP_OK, or _MEMORY. */
 perp_status perp__polish_fit(perp_lcp_solver *solver);
 
-/* A step of this relative size s is the last one: it leaves an error of about s^2, as the inverse is
- * about as inaccurate as the point that came with it. */
+/* A step of this relative size s is the last one: it leaves an error of about s^2, as the inverse
+ * is about as inaccurate as the point that came with it. */
 #define PERP__LAST_STEP sqrt(DBL_EPSILON)
 
 /* Where the method that found the point of the last perp__find_product holds the inverse of its

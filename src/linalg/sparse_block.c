@@ -37,19 +37,17 @@ static int32_t has_z_signs(const perp__matrix *M)
     return 1;
 }
 
-/* Whether positive entries beside the diagonal are small, in every column. scale NULL: 1. */
-static int32_t is_nearly_z(const perp__matrix *M, const double *scale)
+/* Whether positive entries beside the diagonal are small, in every column. */
+static int32_t is_nearly_z(const perp__matrix *M)
 {
     for (int32_t j = 0; j < M->columns; j++) {
         double positive = 0.0, diagonal = 0.0;
 
         for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
-            const int32_t i = M->row_indices[k];
-
-            if (i == j)
-                diagonal = M->values[k] * (scale ? scale[j] : 1.0);
+            if (M->row_indices[k] == j)
+                diagonal = M->values[k];
             else if (M->values[k] > 0.0)
-                positive += M->values[k] * (scale ? scale[i] : 1.0);
+                positive += M->values[k];
         }
         if (positive > PERP__POSITIVE_SHARE * diagonal)
             return 0;
@@ -84,7 +82,7 @@ int32_t perp__has_symmetric_entries(const perp__matrix *M, int32_t *cursor, doub
 
 int32_t perp__is_like_laplace(const perp__matrix *M, int32_t *cursor)
 {
-    return has_positive_diagonal(M) && is_nearly_z(M, NULL) &&
+    return has_positive_diagonal(M) && is_nearly_z(M) &&
            perp__has_symmetric_entries(M, cursor, PERP__ROUNDING_LIMIT);
 }
 
@@ -128,8 +126,7 @@ static void layout_general(perp__arena *arena, void *object)
     b->values = perp__arena_take(arena, entries, sizeof(double));
 }
 
-perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matrix *M,
-                                    const double *scale)
+perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matrix *M)
 {
     const double started = perp__now();
     const int32_t positive = has_positive_diagonal(M);
@@ -137,7 +134,6 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
     perp_status status;
 
     block->M = M;
-    block->scale = scale;
     block->factored = 0;
     block->on_grid = 0;
     block->ordered = 0;
@@ -153,10 +149,10 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
         return status;
     symmetric = positive && perp__has_symmetric_entries(M, block->local, PERP__ROUNDING_LIMIT);
     if (block->kind == PERP__SPARSE_TRIDIAGONAL)
-        perp__tridiagonal_read(&block->T, M, scale);
+        perp__tridiagonal_read(&block->T, M);
     else if (symmetric)
         block->kind = PERP__SPARSE_SYMMETRIC;
-    block->is_nearly_z = positive && M->columns >= PERP__LARGE_MATRIX && is_nearly_z(M, scale);
+    block->is_nearly_z = positive && M->columns >= PERP__LARGE_MATRIX && is_nearly_z(M);
     block->suits_grid = block->is_nearly_z && (symmetric || block->kind == PERP__SPARSE_GENERAL);
     block->pace = (perp__now() - started) / (M->column_starts[M->columns] + 1.0);
     return PERP_OK;
@@ -190,7 +186,7 @@ static perp__square extract(perp__sparse_block *b)
             }
             placed |= i >= j;
             b->rows[at] = b->local[i];
-            b->values[at++] = M->values[k] * (b->scale[i] * b->scale[j]) + (i == j ? shift : 0.0);
+            b->values[at++] = M->values[k] + (i == j ? shift : 0.0);
         }
         if (!placed) {
             b->rows[at] = c;
@@ -244,7 +240,7 @@ perp_status perp__sparse_block_grid(perp__sparse_block *block, perp__multigrid *
     if (!block->grid_built) {
         block->grid.context = block->context;
         block->grid.unsymmetric = block->kind == PERP__SPARSE_GENERAL;
-        status = perp__multigrid_build(&block->grid, block->M, block->scale);
+        status = perp__multigrid_build(&block->grid, block->M);
         block->late |= status == PERP_OK && block->grid.levels == 0;
         if (status != PERP_OK || block->late)
             return status;
@@ -323,10 +319,8 @@ static perp_status factor_definite(perp__sparse_block *b)
         const int32_t j = b->active[c];
 
         for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
-            const int32_t i = M->row_indices[k];
-
-            b->fronts.values[k] = M->values[k] * (b->scale[i] * b->scale[j]);
-            if (i == j)
+            b->fronts.values[k] = M->values[k];
+            if (M->row_indices[k] == j)
                 b->fronts.values[k] += b->weights ? b->weights[j] : b->rho;
         }
     }
@@ -407,18 +401,17 @@ static perp_status count_steps(perp__sparse_block *b)
     if (b->by_steps == 0)
         return status;
     for (int32_t i = 0; i < b->M->columns; i++) {
-        b->diagonal[i] = perp__entry(b->M, i, i) * b->scale[i] * b->scale[i];
+        b->diagonal[i] = perp__entry(b->M, i, i);
         b->direction[i] = 0.0;
     }
     return PERP_OK;
 }
 
-/* x_A := S_AA^-1 x_A up to PERP__ROUGH, with the diagonal as preconditioner (Saad, "Iterative
+/* x_A := M_AA^-1 x_A up to PERP__ROUGH, with the diagonal as preconditioner (Saad, "Iterative
  * Methods for Sparse Linear Systems" (2003), algorithm 9.1). Returns 0 if the steps do not suffice,
  * or the block is not positive definite. */
 static int32_t solve_by_steps(perp__sparse_block *b, const double *right)
 {
-    const perp__matrix *M = b->M;
     double square = 0.0, goal = 0.0, rho = 0.0;
 
     for (int32_t k = 0; k < b->count; k++) {
@@ -440,20 +433,17 @@ static int32_t solve_by_steps(perp__sparse_block *b, const double *right)
         for (int32_t k = 0; k < b->count; k++)
             rho +=
                 b->residual[b->active[k]] * b->residual[b->active[k]] / b->diagonal[b->active[k]];
-        for (int32_t k = 0; k < b->count; k++) { /* scale times the direction */
+        for (int32_t k = 0; k < b->count; k++) {
             const int32_t i = b->active[k];
 
-            b->direction[i] = b->scale[i] * (b->residual[i] / b->diagonal[i]) +
-                              (fresh ? 0.0 : rho / before * b->direction[i]);
+            b->direction[i] =
+                b->residual[i] / b->diagonal[i] + (fresh ? 0.0 : rho / before * b->direction[i]);
         }
         for (int32_t k = 0; k < b->count; k++) {
             const int32_t j = b->active[k];
-            double sum = 0.0;
 
-            for (int32_t e = M->column_starts[j]; e < M->column_starts[j + 1]; e++)
-                sum += M->values[e] * b->direction[M->row_indices[e]];
-            b->product[j] = b->scale[j] * sum;
-            curvature += sum * b->direction[j];
+            b->product[j] = perp__column_times(b->M, j, b->direction);
+            curvature += b->product[j] * b->direction[j];
         }
         if (!(curvature > 0.0) || !isfinite(curvature))
             break;
@@ -462,7 +452,7 @@ static int32_t solve_by_steps(perp__sparse_block *b, const double *right)
         for (int32_t k = 0; k < b->count; k++) {
             const int32_t i = b->active[k];
 
-            b->x[i] += length * (b->direction[i] / b->scale[i]);
+            b->x[i] += length * b->direction[i];
             b->residual[i] -= length * b->product[i];
             square += b->residual[i] * b->residual[i];
         }

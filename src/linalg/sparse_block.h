@@ -28,16 +28,15 @@ enum perp__sparse_kind {
     PERP__SPARSE_GENERAL
 };
 
-/* The matrix is S = diag(scale) M diag(scale), scale > 0. At first all 0 but for the context. */
+/* At first all 0 but for the context. */
 typedef struct perp__sparse_block {
     perp_context *context;
     const perp__matrix *M;
-    const double *scale;
     int32_t kind; /* enum perp__sparse_kind */
     int32_t has_positive_diagonal;
-    int32_t has_z_signs; /* S_ii > 0 and S_ij <= 0 for i != j */
+    int32_t has_z_signs; /* M_ii > 0 and M_ij <= 0 for i != j */
     int32_t is_nearly_z; /* positive entries beside a positive diagonal are small */
-    int32_t suits_grid;  /* S is large and nearly Z: multigrid may serve */
+    int32_t suits_grid;  /* M is large and nearly Z: multigrid may serve */
     int32_t grid_built;  /* 1; -1: it does not serve, found out when built or in a solve */
     double deadline; /* on perp__now()'s clock; 0: none. What cannot be factored by then is not: */
     int32_t late;    /* 1, and so is nothing else until perp__sparse_block_restart */
@@ -70,20 +69,19 @@ typedef struct perp__sparse_block {
 
 /* Takes another matrix (CSC), or the same with other values, and finds out its kind. PERP_OK or
  * _MEMORY. Cost: one pass over M. */
-perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matrix *M,
-                                    const double *scale);
+perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matrix *M);
 
-/* Factors S_AA + rho I for A = active[0] < active[1] < ...; nothing to do if these are the factors
+/* Factors M_AA + rho I for A = active[0] < active[1] < ...; nothing to do if these are the factors
  * it holds. The factors do not depend on what was factored before. PERP_OK, PERP__FACTOR_SINGULAR,
  * also where that would be late, or PERP_ERROR_MEMORY. */
 perp_status perp__sparse_block_factor(perp__sparse_block *block, const int32_t *active,
                                       int32_t count, double rho);
 
-/* Factors S_AA + W_AA, W = diag(weights). */
+/* Factors M_AA + W_AA, W = diag(weights). */
 perp_status perp__sparse_block_factor_with(perp__sparse_block *block, const int32_t *active,
                                            int32_t count, const double *weights);
 
-/* x_A := (S_AA + rho I)^-1 x_A, or with the transposed block, in the n-vector x, whose other
+/* x_A := (M_AA + rho I)^-1 x_A, or with the transposed block, in the n-vector x, whose other
  * entries are not looked at. */
 void perp__sparse_block_solve(perp__sparse_block *block, double *x, int32_t transposed);
 
@@ -92,7 +90,7 @@ void perp__sparse_block_solve(perp__sparse_block *block, double *x, int32_t tran
 perp_status perp__sparse_block_approach(perp__sparse_block *block, const int32_t *active,
                                         int32_t count);
 
-/* x_A := S_AA^-1 x_A after either; without factors the residual falls to PERP__ROUGH of what it
+/* x_A := M_AA^-1 x_A after either; without factors the residual falls to PERP__ROUGH of what it
  * was. Where that fails, the block is factored after all: PERP_OK, PERP__FACTOR_SINGULAR or
  * PERP_ERROR_MEMORY. */
 perp_status perp__sparse_block_solve_roughly(perp__sparse_block *block, double *x);

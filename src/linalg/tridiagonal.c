@@ -23,7 +23,7 @@ void perp__tridiagonal_layout(perp__arena *arena, perp__tridiagonal *T, size_t n
     PERP__DOUBLES(arena, n, &T->below, &T->diagonal, &T->above);
 }
 
-void perp__tridiagonal_read(perp__tridiagonal *T, const perp__matrix *M, const double *factors)
+void perp__tridiagonal_read(perp__tridiagonal *T, const perp__matrix *M)
 {
     const int32_t n = M->columns;
 
@@ -33,7 +33,7 @@ void perp__tridiagonal_read(perp__tridiagonal *T, const perp__matrix *M, const d
     for (int32_t j = 0; j < n; j++)
         for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
             const int32_t i = M->row_indices[k];
-            const double value = M->values[k] * (factors[i] * factors[j]);
+            const double value = M->values[k];
 
             if (i < j)
                 T->above[i] = value;

@@ -24,8 +24,8 @@ int32_t perp__is_tridiagonal(const perp__matrix *M);
 
 void perp__tridiagonal_layout(perp__arena *arena, perp__tridiagonal *T, size_t n);
 
-/* T = D M D of a tridiagonal M, D = diag(factors). */
-void perp__tridiagonal_read(perp__tridiagonal *T, const perp__matrix *M, const double *factors);
+/* T = M, which is tridiagonal. */
+void perp__tridiagonal_read(perp__tridiagonal *T, const perp__matrix *M);
 
 void perp__tridiagonal_factor_layout(perp__arena *arena, perp__tridiagonal_factor *factor,
                                      size_t n);

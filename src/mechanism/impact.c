@@ -178,7 +178,6 @@ perp_status perp__expand(perp_mechanism *m, const perp__velocity_problem *compre
  * closed. What comes back is no more than sum(e_j^2 L_j), less by one factor where the L_j are more
  * than the whole compression takes; s <= 1 is the most with which that is so. So no impact adds
  * energy. Where the x_j are not found (contacts that open and close by them) nothing comes back. */
-#define SETTLED 1e-9    /* of the largest impulse: factors that change by no more are found */
 #define POWER 0.35      /* of what a factor is off by, in a correction, at most, */
 #define LEAST_POWER .01 /* and least: more of it oscillates where a contact hardly opens */
 enum { MOST_PASSES = 1000 };
@@ -253,9 +252,9 @@ static double correct(perp_mechanism *m, double *share, double power)
         *share = fmin(*share, fmax(taken, 0.0) / losses);
         due *= fmax(taken, 0.0) / losses;
     }
-    if (change > SETTLED * largest || back <= due * (1.0 + 0.1 * SETTLED))
+    if (change > PERP__SAME_DIRECTION * largest || back <= due * (1.0 + 0.1 * PERP__SAME_DIRECTION))
         return largest > 0.0 ? change / largest : 0.0;
-    *share *= (1.0 - 10.0 * SETTLED) * due / back; /* so that it is not too much */
+    *share *= (1.0 - 10.0 * PERP__SAME_DIRECTION) * due / back; /* so that it is not too much */
     return 1.0;
 }
 
@@ -266,8 +265,8 @@ static perp_status expand_together(perp_mechanism *m, const perp__velocity_probl
     perp_status status = PERP_OK;
 
     correct(m, &share, power);
-    for (int32_t pass = 0; pass < MOST_PASSES && change > SETTLED && status == PERP_OK &&
-                           perp__is_good(m->answer.outcome);
+    for (int32_t pass = 0; pass < MOST_PASSES && change > PERP__SAME_DIRECTION &&
+                           status == PERP_OK && perp__is_good(m->answer.outcome);
          pass++) {
         const double before = change;
 
@@ -275,7 +274,7 @@ static perp_status expand_together(perp_mechanism *m, const perp__velocity_probl
         change = correct(m, &share, power);
         power = change > before ? fmax(LEAST_POWER, 0.6 * power) : fmin(POWER, 1.03 * power);
     }
-    if (change <= SETTLED || status != PERP_OK || !perp__is_good(m->answer.outcome))
+    if (change <= PERP__SAME_DIRECTION || status != PERP_OK || !perp__is_good(m->answer.outcome))
         return status;
     for (int32_t j = 0; j < m->contacts; j++) /* not found: nothing comes back */
         m->pressure[j] *= !m->together[j];

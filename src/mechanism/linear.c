@@ -230,18 +230,17 @@ int32_t perp__linear_holds(const perp__linear *p, const void *pattern,
 int32_t perp__linear_holds_at(const perp__linear *p, const void *pattern, const double *x,
                               int32_t homogeneous, double spread, int32_t *at_vertex)
 {
-    const double tolerance = PERP__AGREEMENT;
     double *u = p->work, *u_width = u + 2 * p->length, *x_width = u_width + 2 * p->length;
     perp__linear_point point = {x, u, x_width, u_width, homogeneous, 1, 0};
     double largest = 0.0;
 
     perp__linear_rows(p, u, u_width, x, homogeneous);
     for (int32_t i = 0; i < p->rows; i++)
-        u_width[i] *= tolerance;
+        u_width[i] *= PERP__AGREEMENT;
     for (int32_t i = 0; i < p->length; i++)
         largest = fmax(largest, spread * fabs(x[i]) / p->scale[i]);
     for (int32_t i = 0; i < p->length; i++)
-        x_width[i] = tolerance * fmax(fabs(x[i]), largest * p->scale[i]);
+        x_width[i] = PERP__AGREEMENT * fmax(fabs(x[i]), largest * p->scale[i]);
     return perp__linear_holds(p, pattern, &point, at_vertex);
 }
 

@@ -2,6 +2,8 @@
 #ifndef PERP_MECHANISM_TUNING_H
 #define PERP_MECHANISM_TUNING_H
 
+#include "base/rounding.h"
+
 /* What is no more than this beside the terms that it is a sum of is nothing: rounding of what the
  * caller's functions tell. Of gaps, velocities, accelerations, forces and determinants. */
 #define PERP__NOTHING 1e-12
@@ -9,7 +11,7 @@
 /* A pivot of so many times what the system is known to is none: an inertia may be 0. */
 #define PERP__SINGULAR 4.0
 
-/* Directions of slips are found to this, and the forces that follow from them. */
+/* Directions of slips, the forces that follow from them, and factors of expansions are found to it. */
 #define PERP__SAME_DIRECTION 1e-10
 
 /* What is found in two ways is the same where it differs by no more: the velocities of an answer

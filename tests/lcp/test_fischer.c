@@ -23,7 +23,9 @@ static void newton(const perp__matrix *M, const gen_lcp *problem, const double *
                    const double *upper, int attempt, int limit, const char *where)
 {
     enum { MOST = 8 };
-    double ones[MOST], norms[MOST], l[MOST], u[MOST], z[MOST], w[MOST];
+    double norms[MOST], l[MOST], u[MOST], z[MOST], w[MOST], values[MOST * MOST];
+    const perp__matrix by_columns = {problem->n, problem->n, 1,   (size_t)problem->n,
+                                     values,     NULL,       NULL};
     perp_lcp_settings settings = run_alone(PERP_LCP_FISCHER, 1e-12);
     perp__lcp_control control;
     perp__lcp_problem p;
@@ -38,16 +40,16 @@ static void newton(const perp__matrix *M, const gen_lcp *problem, const double *
     memset(&iterate, 0, sizeof iterate);
     assert_in_range(problem->n, 1, MOST);
     for (int32_t i = 0; i < problem->n; i++) {
-        ones[i] = 1.0;
         norms[i] = NAN; /* for the start only */
         l[i] = lower ? lower[i] : 0.0;
         u[i] = upper ? upper[i] : INFINITY;
         z[i] = fmin(fmax(0.0, l[i]), u[i]);
+        for (int32_t j = 0; j < problem->n; j++)
+            values[i + j * problem->n] = problem->M[i * problem->n + j];
     }
     p.context = context;
     p.n = problem->n;
-    p.M = M;
-    p.factors = ones;
+    p.M = M->column_starts ? M : &by_columns;
     p.row_norms = norms;
     p.q = problem->q;
     p.lower = l;
@@ -63,7 +65,7 @@ static void newton(const perp__matrix *M, const gen_lcp *problem, const double *
     block.context = context;
     if (M->column_starts) {
         p.block = &block;
-        assert_int_equal(perp__sparse_block_read(&block, M, ones), PERP_OK);
+        assert_int_equal(perp__sparse_block_read(&block, M), PERP_OK);
     }
     work->problem = &p;
     memset(&arena, 0, sizeof arena);

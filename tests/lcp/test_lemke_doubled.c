@@ -21,7 +21,7 @@ static const perp__lemke_basis *const basis = &perp__lemke_doubled;
 typedef struct fixture {
     perp__lemke l;
     perp__matrix M;
-    double values[N * N], factors[N];
+    double values[N * N];
     perp__lcp_problem problem;
     perp_lcp_settings settings;
     perp__arena arena;
@@ -42,7 +42,6 @@ static void set_up(fixture *f)
     f->M.row_stride = 1;
     f->M.column_stride = N;
     f->problem.M = &f->M;
-    f->problem.factors = f->factors;
     f->problem.lower = f->lower;
     f->problem.upper = f->upper;
     f->problem.row_norms = f->row_norms;
@@ -53,7 +52,6 @@ static void set_up(fixture *f)
     for (i = 0; i < N; i++) {
         f->upper[i] = INFINITY;
         f->q[i] = -scale;
-        f->factors[i] = 1.0;
         for (j = 0; j < N; j++)
             f->values[i + j * N] = scale / (i + j + 1);
     }

@@ -97,6 +97,9 @@ static void fill(bench *b, gen_random *random, enum pattern pattern, int32_t n)
         q[i] = (int)gen_integer(random, 21) - 10;
     }
     gen_from_integers(&b->dense, n, M, q);
+    for (int32_t i = 0; i < n; i++)
+        for (int32_t j = 0; j < n; j++)
+            b->dense.M[i * n + j] *= b->factors[i] * b->factors[j];
     gen_to_csc(&b->sparse, &b->dense);
     free(M);
     free(q);
@@ -116,15 +119,11 @@ static void create(bench *b, gen_random *random, enum pattern pattern, int32_t n
     b->problem.context = context;
     b->problem.n = n;
     b->problem.M = &b->own;
-    b->problem.factors = b->factors;
     b->omega = gen_integer(random, 2) ? 1.0 : 2.0;
-    for (int32_t i = 0; i < n; i++) {
-        double d = b->factors[i];
-
+    for (int32_t i = 0; i < n; i++)
         b->step[i] = b->lower[i] < b->upper[i]
-                         ? b->omega / (d * d * b->dense.M[(size_t)i * (size_t)n + (size_t)i])
+                         ? b->omega / b->dense.M[(size_t)i * (size_t)n + (size_t)i]
                          : 0.0;
-    }
     memset(&b->arena, 0, sizeof b->arena);
     assert_int_equal(perp__arena_fit(&b->arena, context, layout, b), PERP_OK);
     perp__rows_read(&b->sweeper.rows, &b->problem, b->step, symmetric);
@@ -167,8 +166,7 @@ static double sweep_by_hand(bench *b, int backward)
         double w = b->dense.q[i], r;
 
         for (int32_t j = 0; j < n; j++)
-            w += b->factors[i] * b->dense.M[(size_t)i * (size_t)n + (size_t)j] * b->factors[j] *
-                 b->z[j];
+            w += b->dense.M[(size_t)i * (size_t)n + (size_t)j] * b->z[j];
         r = middle(b->z[i] - b->lower[i], b->z[i] - b->upper[i], w);
         if (b->lower[i] < b->upper[i])
             worst = fmax(worst, fabs(r));

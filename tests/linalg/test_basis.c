@@ -118,7 +118,6 @@ static void test_principal(void **state)
     gen_random random;
     int32_t index[N], round, i, j;
     int8_t sign[N];
-    double scale[ORDER];
     int kind;
 
     (void)state;
@@ -129,11 +128,9 @@ static void test_principal(void **state)
         perp__sparse_block block;
         bench b;
 
-        for (i = 0; i < ORDER; i++)
-            scale[i] = 1.0;
         memset(&block, 0, sizeof block);
         block.context = context;
-        assert_int_equal(perp__sparse_block_read(&block, &view, scale), PERP_OK);
+        assert_int_equal(perp__sparse_block_read(&block, &view), PERP_OK);
         open_bench(&b, context, make_pool(&random, N, N), 8, 8 * N);
         for (i = 0; i < N; i++) {
             index[i] = i + i / 8;

@@ -37,16 +37,6 @@ static perp__matrix view_of_problem(const gen_lcp *problem)
     return M;
 }
 
-static double *ones(int32_t n)
-{
-    double *scale = check_allocate((size_t)n, sizeof *scale);
-    int32_t i;
-
-    for (i = 0; i < n; i++)
-        scale[i] = 1.0;
-    return scale;
-}
-
 /* Blocks of all rows, of a half, and of rows at random. */
 static int32_t choose(gen_random *random, int32_t n, int which, int32_t *active)
 {
@@ -142,19 +132,16 @@ static void test_grids(void **state)
     for (s = 0; s < SCENES; s++) { /* one object for all */
         gen_lcp problem;
         perp__matrix M;
-        double *scale;
 
         grid_problem(&problem, &random, &scenes[s].options);
         M = view_of_problem(&problem);
-        scale = ones(problem.n);
         grid.deadline = 1e-9; /* long past: nothing is built, and the memory is good for the next */
-        assert_int_equal(perp__multigrid_build(&grid, &M, scale), PERP_OK);
+        assert_int_equal(perp__multigrid_build(&grid, &M), PERP_OK);
         assert_int_equal(grid.levels, 0);
         grid.deadline = 0.0;
-        assert_int_equal(perp__multigrid_build(&grid, &M, scale), PERP_OK);
+        assert_int_equal(perp__multigrid_build(&grid, &M), PERP_OK);
         check_hierarchy(&grid, scenes[s].name);
         check_blocks(&random, &grid, &problem, &scenes[s]);
-        free(scale);
         gen_destroy(&problem);
     }
     perp__multigrid_release(&grid);
@@ -169,20 +156,17 @@ static void test_coarse_matrix(void **state)
     gen_random random;
     gen_lcp problem;
     perp__matrix M;
-    double *scale, *P, *C;
+    double *P, *C;
     int32_t n, m, active[132], count, i, j, k, p, a, b;
 
     (void)state;
     gen_seed(&random, 122);
     grid_problem(&problem, &random, &options);
     n = problem.n;
-    scale = ones(n);
-    for (i = 0; i < n; i++)
-        scale[i] = ldexp(1.0, gen_integer(&random, 5) - 2);
     M = view_of_problem(&problem);
     memset(&grid, 0, sizeof grid);
     grid.context = context;
-    assert_int_equal(perp__multigrid_build(&grid, &M, scale), PERP_OK);
+    assert_int_equal(perp__multigrid_build(&grid, &M), PERP_OK);
     m = grid.level[1].n;
     count = choose(&random, n, 2, active);
     assert_true(perp__multigrid_take_block(&grid, 0, active, count));
@@ -196,8 +180,7 @@ static void test_coarse_matrix(void **state)
         for (k = problem.column_starts[j]; k < problem.column_starts[j + 1]; k++)
             for (a = 0, i = problem.row_indices[k]; a < m; a++)
                 for (b = 0; b < m && P[i * m + a] != 0.0; b++)
-                    C[a * m + b] +=
-                        P[i * m + a] * problem.values[k] * scale[i] * scale[j] * P[j * m + b];
+                    C[a * m + b] += P[i * m + a] * problem.values[k] * P[j * m + b];
     for (a = 0; a < m; a++)
         for (k = grid.level[1].starts[a]; k < grid.level[1].starts[a + 1]; k++) {
             b = grid.level[1].rows[k];
@@ -210,7 +193,6 @@ static void test_coarse_matrix(void **state)
         assert_true(C[k] == 0.0); /* nothing outside of the pattern */
     free(P);
     free(C);
-    free(scale);
     perp__multigrid_release(&grid);
     gen_destroy(&problem);
 }
@@ -224,7 +206,7 @@ static void test_indefinite(void **state)
     gen_lcp problem;
     perp__matrix M;
     int32_t *active, i, k;
-    double *scale, *b;
+    double *b;
 
     (void)state;
     gen_seed(&random, 123);
@@ -234,7 +216,6 @@ static void test_indefinite(void **state)
             if (problem.row_indices[k] == i)
                 problem.values[k] = 3.0; /* eigenvalues from -1 on */
     M = view_of_problem(&problem);
-    scale = ones(problem.n);
     active = check_allocate((size_t)problem.n, sizeof *active);
     b = check_allocate(2 * (size_t)problem.n, sizeof *b);
     for (i = 0; i < problem.n; i++) {
@@ -243,12 +224,11 @@ static void test_indefinite(void **state)
     }
     memset(&grid, 0, sizeof grid);
     grid.context = context;
-    assert_int_equal(perp__multigrid_build(&grid, &M, scale), PERP_OK);
+    assert_int_equal(perp__multigrid_build(&grid, &M), PERP_OK);
     assert_true(!perp__multigrid_take_block(&grid, 0, active, problem.n) ||
                 perp__multigrid_solve(&grid, b, b + problem.n, 1e-8, 100) < 0);
     perp__multigrid_release(&grid);
     free(b);
-    free(scale);
     free(active);
     gen_destroy(&problem);
 }
@@ -261,18 +241,16 @@ static void test_no_levels(void **state)
     gen_random random;
     gen_lcp problem;
     perp__matrix M;
-    double *scale;
     int32_t starts[301], rows[300], i;
     double values[300];
 
     (void)state;
     gen_seed(&random, 124);
     grid_problem(&problem, &random, &options);
-    scale = ones(300);
     M = view_of_problem(&problem);
     memset(&grid, 0, sizeof grid);
     grid.context = context;
-    assert_int_equal(perp__multigrid_build(&grid, &M, scale), PERP_OK);
+    assert_int_equal(perp__multigrid_build(&grid, &M), PERP_OK);
     assert_int_equal(grid.levels, 1);
     for (i = 0; i < 300; i++) {
         starts[i] = rows[i] = i;
@@ -283,10 +261,9 @@ static void test_no_levels(void **state)
     M.column_starts = starts;
     M.row_indices = rows;
     M.values = values;
-    assert_int_equal(perp__multigrid_build(&grid, &M, scale), PERP_OK);
+    assert_int_equal(perp__multigrid_build(&grid, &M), PERP_OK);
     assert_int_equal(grid.levels, 1);
     perp__multigrid_release(&grid);
-    free(scale);
     gen_destroy(&problem);
 }
 

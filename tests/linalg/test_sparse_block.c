@@ -50,27 +50,23 @@ static int32_t choose(gen_random *random, int32_t n, int32_t *active, int32_t of
 }
 
 /* The block as a matrix of its own. */
-static matrix block_of(const matrix *A, const double *scale, const int32_t *active, int32_t count,
-                       double rho)
+static matrix block_of(const matrix *A, const int32_t *active, int32_t count, double rho)
 {
     matrix B = matrix_zero(count);
     int32_t r, c;
 
     for (c = 0; c < count; c++)
         for (r = 0; r < count; r++)
-            B.dense[r + count * c] =
-                A->dense[active[r] + A->n * active[c]] * scale[active[r]] * scale[active[c]] +
-                (r == c ? rho : 0.0);
+            B.dense[r + count * c] = A->dense[active[r] + A->n * active[c]] + (r == c ? rho : 0.0);
     return B;
 }
 
 /* Entries outside of the block keep their values. Blocks of the tridiagonal matrices may be nearly
  * singular; the backward error is small all the same. */
 static void check_block_solve(gen_random *random, perp__sparse_block *block, const matrix *A,
-                              const double *scale, const int32_t *active, int32_t count, double rho,
-                              int transposed)
+                              const int32_t *active, int32_t count, double rho, int transposed)
 {
-    matrix B = block_of(A, scale, active, count, rho);
+    matrix B = block_of(A, active, count, rho);
     double *x = check_allocate((size_t)A->n + 1, sizeof *x);
     double *b = check_allocate((size_t)A->n + 1, sizeof *b);
     double *y = check_allocate((size_t)A->n + 1, sizeof *y);
@@ -101,13 +97,10 @@ static void check_matrix(gen_random *random, perp__sparse_block *block, int whic
 {
     matrix A = make_matrix(random, n, which);
     perp__matrix M = sparse_view(&A);
-    double *scale = check_allocate((size_t)n + 1, sizeof *scale);
     int32_t *active = check_allocate((size_t)n + 1, sizeof *active);
-    int32_t i, round;
+    int32_t round;
 
-    for (i = 0; i < n; i++)
-        scale[i] = ldexp(1.0, gen_integer(random, 9) - 4);
-    assert_int_equal(perp__sparse_block_read(block, &M, scale), PERP_OK);
+    assert_int_equal(perp__sparse_block_read(block, &M), PERP_OK);
     if (n > 20)
         assert_int_equal(block->kind, kinds[which]);
     for (round = 0; round < 6; round++) {
@@ -118,10 +111,9 @@ static void check_matrix(gen_random *random, perp__sparse_block *block, int whic
         if (which == GENERAL && status == PERP__FACTOR_SINGULAR)
             continue; /* many entries of its diagonal are zero */
         assert_int_equal(status, PERP_OK);
-        check_block_solve(random, block, &A, scale, active, count, rho, 0);
-        check_block_solve(random, block, &A, scale, active, count, rho, 1);
+        check_block_solve(random, block, &A, active, count, rho, 0);
+        check_block_solve(random, block, &A, active, count, rho, 1);
     }
-    free(scale);
     free(active);
     matrix_release(&A);
 }
@@ -150,9 +142,6 @@ static void test_blocks(void **state)
 static void test_history_leaves_no_trace(void **state)
 {
     enum { N = 50 };
-    static const double ones[N] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1,
-                                   1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1,
-                                   1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
     int32_t first[N], second[N], count_first, count_second, i;
     gen_random random;
     int which;
@@ -169,8 +158,8 @@ static void test_history_leaves_no_trace(void **state)
         used.context = context;
         memset(&fresh, 0, sizeof fresh);
         fresh.context = context;
-        assert_int_equal(perp__sparse_block_read(&used, &M, ones), PERP_OK);
-        assert_int_equal(perp__sparse_block_read(&fresh, &M, ones), PERP_OK);
+        assert_int_equal(perp__sparse_block_read(&used, &M), PERP_OK);
+        assert_int_equal(perp__sparse_block_read(&fresh, &M), PERP_OK);
         count_first = choose(&random, N, first, 6);
         count_second = choose(&random, N, second, 4);
         assert_int_equal(perp__sparse_block_factor(&used, first, count_first, 0.0), PERP_OK);
@@ -255,18 +244,17 @@ static void test_fill_is_left_out(void **state)
         const perp__matrix M = {RING, RING, 0, 0, r.values, r.starts, r.rows};
         double *x = check_allocate(3 * RING, sizeof *x), *b = x + RING, *first = b + RING;
         int32_t *active = check_allocate(RING, sizeof *active), count = 0;
-        double *scale = check_allocate(RING, sizeof *scale), left = 0.0, size = 0.0;
+        double left = 0.0, size = 0.0;
         perp__sparse_block block;
 
         memset(&block, 0, sizeof block);
         block.context = context;
         for (int32_t i = 0; i < RING; i++) {
-            scale[i] = ldexp(1.0, gen_integer(&random, 3) - 1);
             b[i] = gen_normal(&random);
             if (gen_integer(&random, 20) > 0)
                 active[count++] = i;
         }
-        assert_int_equal(perp__sparse_block_read(&block, &M, scale), PERP_OK);
+        assert_int_equal(perp__sparse_block_read(&block, &M), PERP_OK);
         for (int32_t round = 0; round < 2; round++) {
             perp__sparse_block_restart(&block, 0.0);
             assert_int_equal(perp__sparse_block_approach(&block, active, count), PERP_OK);
@@ -289,7 +277,7 @@ static void test_fill_is_left_out(void **state)
             double sum = -b[j];
 
             for (int32_t e = r.starts[j]; e < r.starts[j + 1]; e++)
-                sum += r.values[e] * scale[j] * scale[r.rows[e]] * x[r.rows[e]];
+                sum += r.values[e] * x[r.rows[e]];
             left += sum * sum;
             size += b[j] * b[j];
         }
@@ -300,14 +288,12 @@ static void test_fill_is_left_out(void **state)
         free(r.values);
         free(x);
         free(active);
-        free(scale);
     }
 }
 
 /* Rows that are equal leave no factors, with rho they do. */
 static void test_singular(void **state)
 {
-    static const double ones[] = {1.0, 1.0, 1.0};
     static const int32_t active[] = {0, 1, 2};
     gen_random random;
     perp__sparse_block block;
@@ -323,10 +309,10 @@ static void test_singular(void **state)
     M = sparse_view(&A);
     memset(&block, 0, sizeof block);
     block.context = context;
-    assert_int_equal(perp__sparse_block_read(&block, &M, ones), PERP_OK);
+    assert_int_equal(perp__sparse_block_read(&block, &M), PERP_OK);
     assert_int_equal(perp__sparse_block_factor(&block, active, 3, 0.0), PERP__FACTOR_SINGULAR);
     assert_int_equal(perp__sparse_block_factor(&block, active, 3, 0.25), PERP_OK);
-    check_block_solve(&random, &block, &A, ones, active, 3, 0.25, 0);
+    check_block_solve(&random, &block, &A, active, 3, 0.25, 0);
     assert_int_equal(perp__sparse_block_factor(&block, active, 3, 0.0), PERP__FACTOR_SINGULAR);
     perp__sparse_block_release(&block);
     matrix_release(&A);
@@ -335,7 +321,6 @@ static void test_singular(void **state)
 /* Two triangles that were rounded differently are one symmetric matrix, larger differences not. */
 static void test_symmetry(void **state)
 {
-    static const double ones[] = {1.0, 1.0, 1.0};
     static const double factors[] = {1.0, 1.0 + 0x1p-51, 1.0 + 1e-10};
     perp__sparse_block block;
     int k;
@@ -352,7 +337,7 @@ static void test_symmetry(void **state)
         A.dense[6] = -factors[k];
         matrix_compress(&A);
         M = sparse_view(&A);
-        assert_int_equal(perp__sparse_block_read(&block, &M, ones), PERP_OK);
+        assert_int_equal(perp__sparse_block_read(&block, &M), PERP_OK);
         assert_int_equal(block.kind, k < 2 ? PERP__SPARSE_SYMMETRIC : PERP__SPARSE_GENERAL);
         assert_true(block.has_z_signs);
         matrix_release(&A);

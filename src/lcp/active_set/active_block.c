@@ -34,39 +34,24 @@ void perp__active_block_layout(perp__arena *arena, perp__active_block *b, int32_
 void perp__active_block_begin(perp__active_block *b, const perp__lcp_problem *problem,
                               int32_t symmetric)
 {
-    b->M = *problem->M;
-    if (symmetric && b->M.row_stride != 1) { /* M' will do, and its columns lie in one piece */
-        b->M.column_stride = b->M.row_stride;
-        b->M.row_stride = 1;
-    }
-    b->factors = problem->factors;
+    b->M = problem->M;
     b->control = problem->control;
     b->symmetric = symmetric;
-    b->transposed = b->M.row_stride != 1;
     b->count = b->kept = b->changes = 0;
-}
-
-/* Of the scaled M. */
-static double entry(const perp__active_block *b, int32_t i, int32_t j)
-{
-    return b->M.values[(size_t)i * b->M.row_stride + (size_t)j * b->M.column_stride] *
-           (b->factors[i] * b->factors[j]);
 }
 
 /* M(order, j) from row number `first` on, or M(j, order) if `row`. */
 static void gather(const perp__active_block *b, int32_t j, int32_t row, int32_t first, double *into)
 {
-    const size_t fixed = row ? b->M.row_stride : b->M.column_stride;
-    const size_t stride = row ? b->M.column_stride : b->M.row_stride;
-    const double *from = b->M.values + (size_t)j * fixed;
-    const double *d = b->factors;
+    const size_t n = (size_t)b->M->rows, stride = row ? n : 1;
+    const double *from = b->M->values + (size_t)j * (row ? 1 : n);
 
     for (int32_t r = first; r < b->count; r++)
-        into[r] = from[(size_t)b->order[r] * stride] * (d[b->order[r]] * d[j]);
+        into[r] = from[(size_t)b->order[r] * stride];
 }
 
-/* No pivot that rounding could have made; for `definite` none that is poor, and a determinant > 0. Without `pivots`
- * the diagonal holds the roots of Cholesky. */
+/* No pivot that rounding could have made; for `definite` none that is poor, and a determinant > 0.
+ * Without `pivots` the diagonal holds the roots of Cholesky. */
 static enum perp__block_state judge(const double *factored, int32_t n, const int32_t *pivots,
                                     int32_t definite)
 {
@@ -101,7 +86,7 @@ static enum perp__block_state factor(perp__active_block *b, const int8_t *places
     int32_t count = 0;
 
     /* 1. A0 := A */
-    for (int32_t i = 0; i < b->M.rows; i++) {
+    for (int32_t i = 0; i < b->M->rows; i++) {
         const int32_t is_between = places[i] == PERP__BETWEEN;
 
         b->position[i] = is_between ? count : -1;
@@ -113,7 +98,7 @@ static enum perp__block_state factor(perp__active_block *b, const int8_t *places
     b->kept = b->changes = 0;
     if (count == 0)
         return PERP__BLOCK_READY;
-    if (!perp__lcp_may_factor(b->control, count, b->symmetric, b->M.rows))
+    if (!perp__lcp_may_factor(b->control, count, b->symmetric, b->M->rows))
         return PERP__BLOCK_SINGULAR;
     /* 2. Cholesky's factors of the lower triangle, where M is symmetric. */
     b->by_cholesky = b->symmetric;
@@ -127,7 +112,7 @@ static enum perp__block_state factor(perp__active_block *b, const int8_t *places
     if (state == PERP__BLOCK_INDEFINITE && !(b->symmetric && b->definite)) {
         b->by_cholesky = 0;
         for (int32_t c = 0; c < count; c++)
-            gather(b, b->order[c], b->transposed, 0, b->block + at(0, c, count));
+            gather(b, b->order[c], 0, 0, b->block + at(0, c, count));
         state = perp__lu_factor(count, b->block, count, b->pivots) == 0
                     ? judge(b->block, count, b->pivots, b->definite)
                     : PERP__BLOCK_SINGULAR;
@@ -142,17 +127,16 @@ static void solve_old(const perp__active_block *b, int32_t columns, double *X)
     if (b->count == 0)
         return;
     if (b->by_cholesky)
-        perp__cholesky_solve(b->count, columns, b->block, b->count, X, b->M.rows);
+        perp__cholesky_solve(b->count, columns, b->block, b->count, X, b->M->rows);
     else
-        perp__lu_solve_columns(b->count, columns, b->block, b->count, b->pivots, X, b->M.rows,
-                               b->transposed);
+        perp__lu_solve_columns(b->count, columns, b->block, b->count, b->pivots, X, b->M->rows, 0);
 }
 
 /* The borders of kept changes from `first` on, and their rows and columns of the corner. */
 static void add_changes(perp__active_block *b, int32_t first)
 {
     const size_t bytes = (size_t)b->count * sizeof(double);
-    const int32_t n = b->M.rows;
+    const int32_t n = b->M->rows;
 
     /* 1. The columns of the upper right block and the rows of the lower left one. */
     for (int32_t k = first; k < b->kept; k++) {
@@ -180,8 +164,8 @@ static void add_changes(perp__active_block *b, int32_t first)
         for (int32_t p = 0; p <= k; p++) {
             const int32_t j = b->changed[p], both = entered && b->position[j] < 0;
 
-            column[p] = both ? entry(b, j, i) : 0.0;
-            b->y[p] = both ? entry(b, i, j) : 0.0;
+            column[p] = both ? perp__entry(b->M, j, i) : 0.0;
+            b->y[p] = both ? perp__entry(b->M, i, j) : 0.0;
         }
         perp__gemv_transposed_subtract(b->count, k + 1, b->border, n, b->solved + at(0, k, n),
                                        column);
@@ -203,7 +187,7 @@ static int32_t update(perp__active_block *b, const int8_t *places)
 
     /* 1. Which indices tell A from A0, and how many of them have no column yet. */
     b->changes = 0;
-    for (i = 0; i < b->M.rows; i++) {
+    for (i = 0; i < b->M->rows; i++) {
         if ((places[i] == PERP__BETWEEN) == (b->position[i] >= 0))
             continue;
         fresh += b->column_of[i] < 0;
@@ -211,9 +195,9 @@ static int32_t update(perp__active_block *b, const int8_t *places)
         if (b->changes > most || b->kept + fresh > b->capacity)
             return 0;
     }
-    if (!perp__lcp_may_multiply(b->control, (double)fresh * b->count * b->count, b->M.rows))
+    if (!perp__lcp_may_multiply(b->control, (double)fresh * b->count * b->count, b->M->rows))
         return 0;
-    for (i = 0, q = 0; i < b->M.rows; i++) {
+    for (i = 0, q = 0; i < b->M->rows; i++) {
         if ((places[i] == PERP__BETWEEN) == (b->position[i] >= 0))
             continue;
         if (b->column_of[i] < 0) {
@@ -242,7 +226,7 @@ enum perp__block_state perp__active_block_choose(perp__active_block *b, const in
 
 void perp__active_block_solve(perp__active_block *b, const int8_t *places, double *r)
 {
-    const int32_t n = b->M.rows;
+    const int32_t n = b->M->rows;
 
     for (int32_t k = 0; k < b->count; k++)
         b->x[k] = r[b->order[k]];
@@ -269,9 +253,7 @@ void perp__active_block_solve(perp__active_block *b, const int8_t *places, doubl
 int32_t perp__is_symmetric(const perp__lcp_problem *problem)
 {
     const perp__matrix *M = problem->M;
-    const double *d = problem->factors;
     const size_t n = (size_t)M->rows;
-    const size_t step = M->row_stride == 1 ? M->column_stride : M->row_stride;
     enum { TILE = 16 };
 
     for (size_t J = 0; J < n; J += TILE)
@@ -279,13 +261,12 @@ int32_t perp__is_symmetric(const perp__lcp_problem *problem)
             const size_t end_j = J + TILE < n ? J + TILE : n, end_i = I + TILE < n ? I + TILE : n;
 
             for (size_t j = J; j < end_j; j++) {
-                const double *line = M->values + j * step, *across = M->values + j;
+                const double *line = M->values + j * n, *across = M->values + j;
 
                 for (size_t i = I > j ? I : j + 1; i < end_i; i++) {
-                    const double a = line[i], b = across[i * step];
+                    const double a = line[i], b = across[i * n];
 
-                    if (a != b && !(fabs(a * (d[i] * d[j]) - b * (d[i] * d[j])) <=
-                                    PERP__SUM_ROUNDING * problem->row_norms[i]))
+                    if (a != b && !(fabs(a - b) <= PERP__SUM_ROUNDING * problem->row_norms[i]))
                         return 0;
                 }
             }

@@ -36,13 +36,11 @@ enum perp__block_state {
 };
 
 typedef struct perp__active_block {
-    perp__matrix M;        /* dense; not scaled, unless factors is NULL */
-    const double *factors; /* D */
+    const perp__matrix *M; /* dense, by columns */
     perp__lcp_control *control;
     int32_t symmetric;     /* up to rounding */
     int32_t definite;      /* accept blocks only that M positive definite could have */
     int32_t by_cholesky;   /* how the block is factored */
-    int32_t transposed;    /* the block is that of M', which lies in memory as it comes */
     int32_t count;         /* of A0; 0: nothing is factored */
     int32_t *order;        /* n: A0 */
     int32_t *position;     /* n: place in the order, or -1 */
@@ -95,7 +93,7 @@ typedef struct perp__block_pivoting {
     double *z;               /* n, scaled: its point */
     int8_t *trial_places;    /* n */
     int8_t *next;            /* n: where the trial's indices belong */
-    double *trial_z, *w, *x; /* n */
+    double *trial_z, *w;     /* n */
     int64_t rounds;          /* exchanges made */
     int32_t infeasible;      /* indices of the best set; 0: it solves the problem */
 } perp__block_pivoting;
@@ -183,7 +181,6 @@ typedef struct perp__sparse_active_set {
     perp__tridiagonal_lcp tridiagonal;
     perp__nested nested;
     double *w;       /* n */
-    double *product; /* n */
     double *step;    /* n */
     double *weights; /* n, of a penalty */
     double residual; /* of the last equations */

@@ -23,7 +23,7 @@ void perp__block_pivoting_layout(perp__arena *arena, perp__block_pivoting *b, in
     b->places = perp__arena_take(arena, size, sizeof(int8_t));
     b->trial_places = perp__arena_take(arena, size, sizeof(int8_t));
     b->next = perp__arena_take(arena, size, sizeof(int8_t));
-    PERP__DOUBLES(arena, size, &b->trial_z, &b->z, &b->w, &b->x);
+    PERP__DOUBLES(arena, size, &b->trial_z, &b->z, &b->w);
 }
 
 void perp__block_pivoting_start(const perp__lcp_problem *problem, int8_t *places)
@@ -45,15 +45,6 @@ void perp__places_of(const perp__lcp_problem *problem, const double *z, int8_t *
         places[i] = perp__place(lower[i] == upper[i], z[i] - lower[i], z[i] - upper[i], 0.0);
 }
 
-/* w = M z + q */
-static void multiply(perp__block_pivoting *b)
-{
-    perp__lcp_problem p = *b->problem;
-
-    p.M = &b->active.M; /* its columns lie in one piece, where M is symmetric */
-    perp__lcp_affine(&p, b->trial_z, b->x, b->w);
-}
-
 /* The z that `trial_places` stands for, and its w. */
 static enum perp__block_state solve_places(perp__block_pivoting *b)
 {
@@ -70,7 +61,7 @@ static enum perp__block_state solve_places(perp__block_pivoting *b)
         any |= b->trial_z[i] != 0.0;
     }
     if (any)
-        multiply(b);
+        perp__lcp_affine(p, b->trial_z, b->w);
     else
         memcpy(b->w, p->q, (size_t)p->n * sizeof *b->w);
     if (b->active.count + b->active.changes == 0) /* nothing is between */
@@ -79,7 +70,7 @@ static enum perp__block_state solve_places(perp__block_pivoting *b)
     for (i = 0; i < p->n; i++)
         if (b->trial_places[i] == PERP__BETWEEN)
             b->trial_z[i] = 0.0 - b->w[i]; /* no -0 */
-    multiply(b);
+    perp__lcp_affine(p, b->trial_z, b->w);
     return state;
 }
 
@@ -161,26 +152,20 @@ perp_outcome perp__block_pivoting_run(perp__block_pivoting *b)
 typedef struct active_set_work {
     perp__lcp_work head;
     perp__block_pivoting pivoting;
-    perp__lcp_problem dense; /* the problem with its matrix expanded */
-    perp__matrix M;
-    double *expanded; /* n by n; sparse M only */
-    int32_t examined; /* since the last set-up: expanded, and `symmetric` is known */
+    int32_t examined; /* since the last set-up: `symmetric` is known */
     int32_t symmetric;
 } active_set_work;
 
 static int32_t suits(const perp__lcp_problem *problem)
 {
-    return !problem->M->column_starts || problem->n <= PERP__SMALL_SPARSE;
+    return !problem->M->column_starts;
 }
 
 static void layout(perp__arena *arena, void *work)
 {
     active_set_work *a = work;
-    const perp__lcp_problem *p = a->head.problem;
-    const size_t n = (size_t)p->n;
 
-    perp__block_pivoting_layout(arena, &a->pivoting, p->n, 0);
-    a->expanded = perp__arena_take(arena, p->M->column_starts ? n * n : 0, sizeof(double));
+    perp__block_pivoting_layout(arena, &a->pivoting, a->head.problem->n, 0);
     a->examined = 0;
 }
 
@@ -198,33 +183,23 @@ static perp_status solve(void *work, perp__lcp_iterate *iterate)
 {
     active_set_work *a = work;
     perp__block_pivoting *b = &a->pivoting;
-    const perp__matrix *M = a->head.problem->M;
-    const size_t n = (size_t)a->head.problem->n;
+    const perp__lcp_problem *p = a->head.problem;
+    const size_t n = (size_t)p->n;
 
-    /* the problem with its matrix expanded, once a set-up */
-    a->dense = *a->head.problem;
-    a->dense.M = &a->M;
-    if (!a->examined) {
-        a->M = *M;
-        if (M->column_starts && n > 0) {
-            memset(a->expanded, 0, n * n * sizeof *a->expanded);
-            perp__matrix_spread(M, a->expanded, n);
-            a->M = (perp__matrix){M->rows, M->columns, 1, n, a->expanded, NULL, NULL};
-        }
-        a->symmetric = perp__is_symmetric(&a->dense);
-        a->examined = 1;
-    }
-    perp__active_block_begin(&b->active, &a->dense, a->symmetric);
+    if (!a->examined)
+        a->symmetric = perp__is_symmetric(p);
+    a->examined = 1;
+    perp__active_block_begin(&b->active, p, a->symmetric);
     b->active.definite = 0;
-    b->problem = &a->dense;
+    b->problem = p;
     b->patience = b->patience_of_few = PERP__PATIENCE;
     b->few = 0;
     b->single_patience = 20 + 2 * (int32_t)n;
-    b->round_limit = a->dense.iteration_limit > 0 ? a->dense.iteration_limit : PERP__SWEEPS_MOST;
+    b->round_limit = p->iteration_limit > 0 ? p->iteration_limit : PERP__SWEEPS_MOST;
     if (iterate->warm)
-        perp__places_of(&a->dense, iterate->z, b->places);
+        perp__places_of(p, iterate->z, b->places);
     else
-        perp__block_pivoting_start(&a->dense, b->places);
+        perp__block_pivoting_start(p, b->places);
     memcpy(b->z, iterate->z, n * sizeof *b->z);
     iterate->outcome = perp__block_pivoting_run(b);
     iterate->iterations = b->rounds;

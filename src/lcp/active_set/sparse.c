@@ -33,7 +33,7 @@ typedef struct exchange {
 
 static int32_t suits(const perp__lcp_problem *problem)
 {
-    return problem->M->column_starts && problem->n > PERP__SMALL_SPARSE;
+    return problem->M->column_starts != NULL;
 }
 
 void perp__sparse_active_set_layout(perp__arena *arena, void *object)
@@ -44,14 +44,14 @@ void perp__sparse_active_set_layout(perp__arena *arena, void *object)
     const int32_t tridiagonal = problem->block->kind == PERP__SPARSE_TRIDIAGONAL;
 
     perp__tridiagonal_lcp_layout(arena, &work->tridiagonal, tridiagonal ? n : 0);
-    PERP__DOUBLES(arena, n, &work->w, &work->product, &work->step, &work->weights);
+    PERP__DOUBLES(arena, n, &work->w, &work->step, &work->weights);
     work->active = perp__arena_take(arena, n, sizeof(int32_t));
     work->next = perp__arena_take(arena, n, sizeof(int8_t));
 }
 
 static void multiply(perp__sparse_active_set *work, const double *z)
 {
-    perp__lcp_affine(work->common.problem, z, work->product, work->w);
+    perp__lcp_affine(work->common.problem, z, work->w);
 }
 
 void perp__sparse_active_set_places(perp__sparse_active_set *work, const double *z, int8_t *places)

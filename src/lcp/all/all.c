@@ -133,9 +133,9 @@ static perp_status all_prepare(perp__lcp_all *all)
 {
     perp_lcp_solver *solver = all->solver;
     const int32_t n = all->n = solver->n;
-    perp__lcp_problem problem = {0};
-    perp_status status = perp__polish_fit(solver);
+    perp_status status = perp__scale_matrix(solver);
 
+    PERP__THEN(status, perp__polish_fit(solver));
     PERP__THEN(status, perp__arena_fit(&all->arena, all->context, layout, all));
     PERP__THEN(status, perp__cone_fit(&all->polyhedron.cone, 2 * n + 1, n + 1));
     if (status != PERP_OK)
@@ -144,16 +144,12 @@ static perp_status all_prepare(perp__lcp_all *all)
     all->answers.incomplete = 0;
     all->polyhedron.origin = all->origin;
     all->polyhedron.directions = all->directions;
-    problem.n = n;
-    problem.M = &solver->M;
-    problem.factors = solver->factors;
-    perp__lcp_dense(&problem, 1.0, all->work, (size_t)n);
     for (int32_t i = 0; i < n; i++) {
         double *T = all->levels[0].T + (size_t)i * (size_t)(n + 1);
 
         all->row_sizes[i] = 0.0;
         for (int32_t j = 0; j < n; j++) {
-            T[j] = all->work[(size_t)j * (size_t)n + (size_t)i];
+            T[j] = solver->S_values[j * n + i];
             all->row_sizes[i] = fmax(all->row_sizes[i], fabs(T[j]));
         }
         T[n] = solver->q_scaled[i];

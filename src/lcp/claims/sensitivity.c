@@ -37,14 +37,14 @@ struct perp_lcp_sensitivity {
 
 static int32_t uses_csc(const perp_lcp_sensitivity *s)
 {
-    return s->solver->M.column_starts && s->count > PERP__SMALL_SPARSE;
+    return s->solver->S.column_starts && s->count > PERP__SMALL_SPARSE;
 }
 
 static void layout(perp__arena *arena, void *object)
 {
     perp_lcp_sensitivity *s = object;
     const size_t n = (size_t)s->n, count = (size_t)s->count;
-    const size_t entries = uses_csc(s) ? (size_t)s->solver->M.column_starts[n] : count * count;
+    const size_t entries = uses_csc(s) ? (size_t)s->solver->S.column_starts[n] : count * count;
 
     s->places = perp__arena_take(arena, n, sizeof(int8_t));
     PERP__INTEGERS(arena, n, &s->active, &s->position);
@@ -64,21 +64,13 @@ static perp_status factor(perp_lcp_sensitivity *s, double *condition)
     const int32_t sparse = uses_csc(s);
     const perp__index_set block = {s->count, s->active, s->position};
     const perp__square A = {s->count, s->block, sparse ? s->starts : NULL, s->rows};
-    const double *d = s->solver->factors;
     perp_status status;
     double norm;
 
     if (sparse)
-        perp__principal_csc(&s->solver->M, &block, s->starts, s->rows, s->block);
+        perp__principal_csc(&s->solver->S, &block, s->starts, s->rows, s->block);
     else
-        perp__principal_dense(&s->solver->M, &block, s->block, 1, (size_t)s->count);
-    for (int32_t c = 0; c < s->count; c++) {
-        const int32_t from = sparse ? s->starts[c] : 0, to = sparse ? s->starts[c + 1] : s->count;
-        double *column = sparse ? s->block : s->block + (size_t)c * (size_t)s->count;
-
-        for (int32_t k = from; k < to; k++)
-            column[k] *= d[s->active[sparse ? s->rows[k] : k]] * d[s->active[c]];
-    }
+        perp__principal_dense(&s->solver->S, &block, s->block, 1, (size_t)s->count);
     *condition = INFINITY;
     norm = perp__norm_1(&A);
     status = sparse ? perp__kept_factor_analyse(&s->kept, s->context, &A)
@@ -163,7 +155,8 @@ static perp_status prepare(perp_lcp_sensitivity *s, perp_lcp_sensitivity_info *i
     for (int32_t i = 0; i < s->n; i++)
         count += places[i] == PERP__BETWEEN;
     s->count = info->active = count;
-    status = perp__arena_fit(&s->arena, s->context, layout, s);
+    status = perp__scale_matrix(s->solver);
+    PERP__THEN(status, perp__arena_fit(&s->arena, s->context, layout, s));
     if (status != PERP_OK)
         return status;
     count = 0;

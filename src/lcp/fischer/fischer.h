@@ -10,8 +10,8 @@
 
 /* ---- matrix.c ---- */
 
-/* The scaled matrix S of a problem, dense or sparse as the problem is, and the factors of its
- * active blocks S_AA + W_A, W diagonal, which are all that a Newton step needs. */
+/* The matrix S of a problem, and the factors of its active blocks S_AA + W_A, W diagonal, which are
+ * all that a Newton step needs. */
 
 /* Who holds the last factors. */
 enum perp__fischer_factors {
@@ -22,10 +22,8 @@ enum perp__fischer_factors {
 
 typedef struct perp__fischer_matrix {
     const perp__lcp_problem *problem;
-    perp__matrix S;    /* column-major, or CSC in M's own pattern */
-    double *S_values;  /* what S points to, writable */
-    double *factors;   /* the D that S was scaled by */
-    int32_t is_read;   /* S holds the problem of this set-up */
+    perp__matrix S;    /* the problem's */
+    int32_t is_read;   /* since the set-up */
     int32_t symmetric; /* S is */
     double *block;     /* dense only: factors */
     int32_t *active, count;
@@ -38,7 +36,7 @@ typedef struct perp__fischer_matrix {
 void perp__fischer_matrix_layout(perp__arena *arena, perp__fischer_matrix *matrix,
                                  const perp__lcp_problem *problem);
 
-/* Copies and scales M, unless that is done already since the layout. Begins a solve. */
+/* Begins a solve. */
 void perp__fischer_matrix_read(perp__fischer_matrix *matrix, const perp__lcp_problem *problem);
 
 /* y += x S_j, S_j being column j. */

@@ -1,7 +1,6 @@
 #include "lcp/fischer/fischer.h"
 
 #include <math.h>
-#include <string.h>
 
 #include "lcp/active_set/active_set.h"
 #include "linalg/blas.h"
@@ -16,45 +15,24 @@ static int32_t is_sparse(const perp__fischer_matrix *matrix)
 void perp__fischer_matrix_layout(perp__arena *arena, perp__fischer_matrix *matrix,
                                  const perp__lcp_problem *problem)
 {
-    const perp__matrix *M = problem->M;
-    const size_t n = (size_t)problem->n, square = M->column_starts ? 0 : n * n;
+    const size_t n = (size_t)problem->n;
 
     matrix->is_read = 0;
-    matrix->S_values = perp__arena_take(
-        arena, M->column_starts ? (size_t)M->column_starts[n] : square, sizeof(double));
-    matrix->block = perp__arena_take(arena, square, sizeof(double));
-    PERP__DOUBLES(arena, n, &matrix->factors, &matrix->packed);
+    matrix->block = perp__arena_take(arena, problem->M->column_starts ? 0 : n * n, sizeof(double));
+    matrix->packed = perp__arena_take(arena, n, sizeof(double));
     PERP__INTEGERS(arena, n, &matrix->active, &matrix->pivots);
 }
 
 void perp__fischer_matrix_read(perp__fischer_matrix *matrix, const perp__lcp_problem *problem)
 {
-    perp__matrix *S = &matrix->S;
-    const size_t bytes = (size_t)problem->n * sizeof(double);
-
     matrix->problem = problem;
+    matrix->S = *problem->M;
     matrix->count = 0;
-    if (problem->n == 0 || (matrix->is_read && !memcmp(matrix->factors, problem->factors, bytes)))
-        return;
-    memcpy(matrix->factors, problem->factors, bytes);
-    *S = (perp__matrix){problem->n,
-                        problem->n,
-                        1,
-                        (size_t)problem->n,
-                        matrix->S_values,
-                        problem->M->column_starts,
-                        problem->M->row_indices};
+    if (!matrix->is_read)
+        matrix->symmetric = is_sparse(matrix)
+                                ? perp__has_symmetric_entries(&matrix->S, matrix->active, 0.0)
+                                : perp__is_symmetric(problem);
     matrix->is_read = 1;
-    if (is_sparse(matrix)) {
-        for (int32_t j = 0; j < problem->n; j++)
-            for (int32_t k = S->column_starts[j]; k < S->column_starts[j + 1]; k++)
-                matrix->S_values[k] = problem->M->values[k] *
-                                      (problem->factors[S->row_indices[k]] * problem->factors[j]);
-        matrix->symmetric = perp__has_symmetric_entries(S, matrix->active, 0.0);
-    } else {
-        perp__lcp_dense(problem, 1.0, matrix->S_values, (size_t)problem->n);
-        matrix->symmetric = perp__is_symmetric(problem);
-    }
 }
 
 PERP__MULTIVERSION(add_one, (size_t n, const double *a, double x, double *restrict y), (n, a, x, y))
@@ -83,7 +61,7 @@ static void fill_dense(perp__fischer_matrix *matrix, const double *weights)
     const int32_t whole = matrix->by == PERP__FISCHER_LU;
 
     for (size_t c = 0; c < count; c++) {
-        const double *from = matrix->S_values + (size_t)active[c] * matrix->S.column_stride;
+        const double *from = matrix->S.values + (size_t)active[c] * matrix->S.column_stride;
         double *column = matrix->block + c * count;
 
         for (size_t r = whole ? 0 : c; r < count; r++)

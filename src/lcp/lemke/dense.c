@@ -254,33 +254,26 @@ static int32_t transform(perp__lemke *l)
     return 1;
 }
 
-/* |M - M'| / |M + M'| in the Frobenius norm, scaled; in tiles, for the caches. */
+/* |M - M'| / |M + M'| in the Frobenius norm; in tiles, for the caches. */
 static double skewness(const perp__lcp_problem *p)
 {
     enum { TILE = 16 };
-    const perp__matrix *M = p->M;
-    const double *d = p->factors;
+    const double *S = p->M->values;
+    const size_t n = (size_t)p->n;
     double skew = 0.0, even = 0.0;
 
-    for (int32_t J = 0; J < p->n; J += TILE)
-        for (int32_t I = 0; I < p->n; I += TILE)
-            for (int32_t j = J; j < J + TILE && j < p->n; j++)
-                for (int32_t i = I; i < I + TILE && i < j; i++) {
-                    const double a =
-                        M->values[(size_t)i * M->row_stride + (size_t)j * M->column_stride];
-                    const double b =
-                        M->values[(size_t)j * M->row_stride + (size_t)i * M->column_stride];
-                    const double less = a * (d[i] * d[j]) - b * (d[i] * d[j]);
-                    const double more = a * (d[i] * d[j]) + b * (d[i] * d[j]);
+    for (size_t J = 0; J < n; J += TILE)
+        for (size_t I = 0; I < n; I += TILE)
+            for (size_t j = J; j < J + TILE && j < n; j++)
+                for (size_t i = I; i < I + TILE && i < j; i++) {
+                    const double less = S[i + j * n] - S[j + i * n];
+                    const double more = S[i + j * n] + S[j + i * n];
 
                     skew += less * less;
                     even += more * more;
                 }
-    for (int32_t i = 0; i < p->n; i++) {
-        const double a = M->values[(size_t)i * (M->row_stride + M->column_stride)];
-
-        even += 2.0 * (a * (d[i] * d[i])) * (a * (d[i] * d[i]));
-    }
+    for (size_t i = 0; i < n; i++)
+        even += 2.0 * S[i + i * n] * S[i + i * n];
     return sqrt(skew / even);
 }
 
@@ -304,9 +297,7 @@ static void examine(perp__lemke *l)
      * looked at */
     for (int32_t i = 0; i < M->rows; i++) {
         const int32_t j = (i + M->rows / 2) % M->rows;
-        const double *at = M->values + (size_t)i * M->row_stride + (size_t)j * M->column_stride;
-        const double *mirror = M->values + (size_t)j * M->row_stride + (size_t)i * M->column_stride;
-        const double size = 0.5 * *at + 0.5 * *mirror;
+        const double size = 0.5 * perp__entry(M, i, j) + 0.5 * perp__entry(M, j, i);
 
         large += size * size > perp__entry(M, i, i) * perp__entry(M, j, j) && i != j;
     }

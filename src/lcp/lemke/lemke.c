@@ -55,7 +55,7 @@ static void layout(perp__arena *arena, void *work)
     pairs = (size_t)most;
     rows = perp__tableau_length(most);
     l->kernels = perp__row_kernels_number(0);
-    l->is_sparse = starts && n > PERP__SMALL_SPARSE && FILLED * (int64_t)starts[n] <= n * n;
+    l->is_sparse = starts && FILLED * (int64_t)starts[n] <= n * n;
     if (l->is_sparse)
         perp__factored_layout(arena, l);
     else
@@ -220,7 +220,7 @@ static double cover_slack(perp__lemke *l, const double *z)
     for (int32_t i = 0; i < p->n; i++)
         l->work[i] = fabs(p->q[i]);
     while (perp__advance(&c))
-        l->work[c.i] += fabs(c.value * (p->factors[c.i] * p->factors[c.j]) * z[c.j]);
+        l->work[c.i] += fabs(c.value * z[c.j]);
     for (int32_t r = 0; r < l->pairs; r++)
         if (l->basic[r] < l->pairs)
             z_largest = fmax(z_largest, fabs(l->b[r]) * l->column_unit[l->basic[r]]);
@@ -229,9 +229,10 @@ static double cover_slack(perp__lemke *l, const double *z)
     for (int32_t r = 0; r < l->pairs; r++) {
         const double off = perp__lemke_violation(l, r);
         const int32_t k = perp__lemke_pair(l, l->basic[r]);
-        const double noise = l->basic[r] < l->pairs
-                                 ? PERP__SUM_ROUNDING * PERP__SUM_ROUNDING * z_largest / l->column_unit[k]
-                                 : 0.5 * DBL_EPSILON * l->work[l->index[k]] * l->row_unit[k];
+        const double noise =
+            l->basic[r] < l->pairs
+                ? PERP__SUM_ROUNDING * PERP__SUM_ROUNDING * z_largest / l->column_unit[k]
+                : 0.5 * DBL_EPSILON * l->work[l->index[k]] * l->row_unit[k];
 
         l->column[r] = off == 0.0 ? 0.0 : l->b[r] < l->low[r] ? -1.0 : 1.0;
         if (off == 0.0)

@@ -63,7 +63,7 @@ static void write_q(perp__lemke *l)
         for (int32_t k = M->column_starts[j]; z[j] != 0.0 && k < M->column_starts[j + 1]; k++) {
             const int32_t i = M->row_indices[k];
 
-            l->work[i] += M->values[k] * (p->factors[i] * p->factors[j]) * z[j];
+            l->work[i] += M->values[k] * z[j];
         }
     for (int32_t k = 0; k < l->pairs; k++)
         l->factored.q[k] = l->sign[k] * l->work[l->index[k]];
@@ -73,8 +73,7 @@ static void write_q(perp__lemke *l)
 static int32_t read_entries(const void *user, int32_t variable, int32_t *rows, double *values)
 {
     const perp__lemke *l = user;
-    const perp__lcp_problem *p = l->head.problem;
-    const perp__matrix *M = p->M;
+    const perp__matrix *M = l->head.problem->M;
     const int32_t j = l->index[perp__lemke_pair(l, variable)];
     int32_t count = 0, side, k;
 
@@ -85,16 +84,14 @@ static int32_t read_entries(const void *user, int32_t variable, int32_t *rows, d
     }
     for (side = 0; side < 2; side++) /* the rows of twins come after all others */
         for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
-            const int32_t i = M->row_indices[k];
-            int32_t r = l->factored.pair_of[i];
+            int32_t r = l->factored.pair_of[M->row_indices[k]];
 
             if (r >= 0 && side)
                 r = l->twin[r];
             if (r < 0)
                 continue;
             rows[count] = r;
-            values[count++] = -(double)(l->sign[r] * l->sign[variable]) *
-                              (M->values[k] * (p->factors[i] * p->factors[j]));
+            values[count++] = -(double)(l->sign[r] * l->sign[variable]) * M->values[k];
         }
     return count;
 }
@@ -242,7 +239,7 @@ static perp_status crash(perp__lemke *l, perp__lcp_iterate *iterate, enum perp__
 {
     const perp__lcp_problem *p = l->head.problem;
     perp__active_set_limits limits = {PERP__ITERATIONS, PERP__CRASH_PATIENCE, 0, FEW,
-                                       sqrt(DBL_EPSILON)};
+                                      sqrt(DBL_EPSILON)};
     perp_status status;
 
     if (p->iteration_limit > 0 && p->iteration_limit < limits.iterations)

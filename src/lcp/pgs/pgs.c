@@ -55,13 +55,13 @@ typedef struct pgs_work {
     perp__lcp_work common;
     perp__sweeper sweeper;
     conjugate gradient;
-    int32_t restarts;           /* of the gradient; RESTARTS_MOST: it is not used */
-    double *step;               /* omega / S_ii; 0 in rows that do not move */
-    double *best;               /* the z of the smallest residual seen, up to a factor 2 */
-    double remembered;          /* its residual */
-    double residual;            /* of the last sweep */
-    double *x, *y, *high, *low; /* for the tested residual */
-    int64_t sweeps, next_test;  /* done; the one from when on z is tested again */
+    int32_t restarts;          /* of the gradient; RESTARTS_MOST: it is not used */
+    double *step;              /* omega / S_ii; 0 in rows that do not move */
+    double *best;              /* the z of the smallest residual seen, up to a factor 2 */
+    double remembered;         /* its residual */
+    double residual;           /* of the last sweep */
+    double *high, *low;        /* for the tested residual */
+    int64_t sweeps, next_test; /* done; the one from when on z is tested again */
     pgs_progress progress;
     int8_t *places;     /* the active set when it was looked at */
     int64_t changed;    /* the last sweep at which it was another */
@@ -78,7 +78,7 @@ static void layout(perp__arena *arena, void *object)
 
     perp__sweeper_layout(arena, &work->sweeper, problem);
     PERP__DOUBLES(arena, n, &work->gradient.before, &work->gradient.direction, &work->step,
-                  &work->best, &work->x, &work->y, &work->high, &work->low);
+                  &work->best, &work->high, &work->low);
     work->places = perp__arena_take(arena, n, sizeof(int8_t));
     work->relaxation = 0.0;
 }
@@ -96,8 +96,9 @@ static perp_status check(const perp__lcp_problem *problem)
         if (!(lower < upper) || diagonal > 0.0)
             continue;
         if (problem->row_norms[i] > 0.0)
-            status = perp__refuse(problem->context, "M(%d,%d) = %g: pgs needs a positive diagonal",
-                                  (int)i, (int)i, diagonal);
+            status = perp__refuse(problem->context,
+                                  "M(%d,%d) is not positive: pgs needs a positive diagonal", (int)i,
+                                  (int)i);
         else if ((q > 0.0 && lower == -INFINITY) || (q < 0.0 && upper == INFINITY))
             status = perp__refuse(problem->context,
                                   "row %d of M is 0 and q[%d] is not: w[%d] = q[%d] for every z",
@@ -127,14 +128,9 @@ static void read_problem(pgs_work *work, const double *z)
         work->relaxation = settings->relaxation;
         work->scaling = settings->scaling;
         work->sweep = settings->sweep;
-        for (int32_t i = 0; i < problem->n; i++) {
-            const double factor = problem->factors[i];
-
+        for (int32_t i = 0; i < problem->n; i++)
             work->step[i] =
-                moves(problem, i)
-                    ? work->relaxation / (perp__entry(problem->M, i, i) * (factor * factor))
-                    : 0.0;
-        }
+                moves(problem, i) ? work->relaxation / perp__entry(problem->M, i, i) : 0.0;
         perp__rows_read(&sweeper->rows, problem, work->step, work->sweep == PERP_SWEEP_SYMMETRIC);
     }
     sweeper->keep = 1.0 - work->relaxation;
@@ -154,26 +150,22 @@ static void read_problem(pgs_work *work, const double *z)
     perp__sweeper_start(sweeper, z);
 }
 
-/* The last sweep's residual is small enough: is the tested one of its last z, from the caller's
- * matrix and as precise as the front door's? Costs as much as ten sweeps, so after a no some sweeps
+/* The last sweep's residual is small enough: is the tested one of its last z, as precise as the
+ * front door's? Costs as much as ten sweeps, so after a no some sweeps
  * pass before the question is asked again. */
 static int32_t is_solved(pgs_work *work)
 {
     const perp__lcp_problem *problem = work->common.problem;
-    const double *z = work->sweeper.z, *d = problem->factors;
+    const double *z = work->sweeper.z;
     double residual = 0.0;
 
     if (!(work->residual <= problem->tol) || work->sweeps < work->next_test)
         return 0;
     work->next_test = work->sweeps + SWEEPS_BETWEEN_LOOKS;
-    for (int32_t i = 0; i < problem->n; i++) {
-        work->x[i] = d[i] * z[i];
-        work->y[i] = problem->q[i] / d[i];
-    }
-    perp__multiply_doubled(problem->M, work->x, work->y, work->high, work->low);
+    perp__multiply_doubled(problem->M, z, problem->q, work->high, work->low);
     for (int32_t i = 0; i < problem->n; i++)
         perp__raise_to(&residual, fabs(perp__mid(z[i], problem->lower[i], problem->upper[i],
-                                                 d[i] * (work->high[i] + work->low[i]))));
+                                                 work->high[i] + work->low[i])));
     return residual <= problem->tol;
 }
 

@@ -35,10 +35,9 @@ static int32_t in_core(const perp__rows *rows, int32_t row, int32_t column)
 }
 
 /* R_ij is rounded once from S_ij. */
-static double entry_of(const perp__lcp_problem *problem, const double *step, int32_t i, int32_t j,
-                       double value)
+static double entry_of(double step, double value)
 {
-    return step[i] == 0.0 ? 0.0 : value * (problem->factors[i] * problem->factors[j]) * step[i];
+    return step == 0.0 ? 0.0 : value * step;
 }
 
 static void read_dense(perp__rows *rows, const perp__lcp_problem *problem, const double *step)
@@ -57,13 +56,11 @@ static void read_dense(perp__rows *rows, const perp__lcp_problem *problem, const
         memset(core, 0, PERP__CORE * sizeof *core);
         for (int32_t j = 0; j < rows->n; j++, values += PERP__SLICE)
             for (int32_t k = 0; k < PERP__SLICE; k++) {
-                const size_t i = (size_t)(first + k);
                 const int32_t column = j - first; /* within the slice, if it is */
                 double value = 0.0;
 
                 if (first + k < rows->n)
-                    value = entry_of(problem, step, first + k, j,
-                                     M->values[i * M->row_stride + (size_t)j * M->column_stride]);
+                    value = entry_of(step[first + k], perp__entry(M, first + k, j));
                 /* the slot has what is left when before, after and core are taken out */
                 values[k] = 0.0;
                 if (column == k - 1)
@@ -88,8 +85,7 @@ static void read_sparse(perp__rows *rows, const perp__lcp_problem *problem, cons
     perp__transpose_csc(problem->M, rows->row_starts, rows->row_columns, rows->row_values);
     for (int32_t i = 0; i < rows->n; i++)
         for (int32_t p = rows->row_starts[i]; p < rows->row_starts[i + 1]; p++)
-            rows->row_values[p] =
-                entry_of(problem, step, i, rows->row_columns[p], rows->row_values[p]);
+            rows->row_values[p] = entry_of(step[i], rows->row_values[p]);
 }
 
 /* Sparse rows into slices: the entries of a slice's eight rows are met diagonal by diagonal, and

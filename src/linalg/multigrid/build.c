@@ -163,7 +163,7 @@ static void layout_matrix(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, level->entries, &level->own_values, &level->block_values);
 }
 
-static perp_status read_finest(perp__multigrid *grid, const perp__matrix *M, const double *scale)
+static perp_status read_finest(perp__multigrid *grid, const perp__matrix *M)
 {
     perp__level *level = &grid->level[0];
     perp_status status;
@@ -186,11 +186,9 @@ static perp_status read_finest(perp__multigrid *grid, const perp__matrix *M, con
     }
     for (int32_t i = 0; i < level->n; i++) {
         grid->sums[i] = 0.0;
-        for (int32_t k = level->starts[i]; k < level->starts[i + 1]; k++) {
-            level->own_values[k] *= scale[i] * scale[level->rows[k]];
+        for (int32_t k = level->starts[i]; k < level->starts[i + 1]; k++)
             if (level->rows[k] == i)
                 level->inverse_diagonal[i] = 1.0 / level->own_values[k];
-        }
     }
     level->values = level->own_values;
     return PERP_OK;
@@ -333,7 +331,7 @@ static perp_status make_level(perp__multigrid *grid, int32_t k)
     return PERP_OK;
 }
 
-perp_status perp__multigrid_build(perp__multigrid *grid, const perp__matrix *M, const double *scale)
+perp_status perp__multigrid_build(perp__multigrid *grid, const perp__matrix *S)
 {
     const perp__level *last;
     perp_status status;
@@ -342,7 +340,7 @@ perp_status perp__multigrid_build(perp__multigrid *grid, const perp__matrix *M, 
     if (!grid->level)
         grid->level = perp__allocate_zeros(grid->context, PERP__LEVELS, sizeof *grid->level,
                                            "the levels of multigrid");
-    status = grid->level ? read_finest(grid, M, scale) : PERP_ERROR_MEMORY;
+    status = grid->level ? read_finest(grid, S) : PERP_ERROR_MEMORY;
     if (status == PERP_OK)
         find_near_null(grid);
     while (status == PERP_OK && !perp__is_past(grid->deadline)) {

@@ -68,10 +68,9 @@ typedef struct perp__multigrid {
 
 void perp__multigrid_release(perp__multigrid *grid);
 
-/* Builds the hierarchy for diag(scale) M diag(scale), which must have a positive diagonal. PERP_OK,
- * then with no levels if the deadline is over, or _MEMORY. */
-perp_status perp__multigrid_build(perp__multigrid *grid, const perp__matrix *M,
-                                  const double *scale);
+/* Builds the hierarchy for S, which must have a positive diagonal. PERP_OK, then with no levels if
+ * the deadline is over, or _MEMORY. */
+perp_status perp__multigrid_build(perp__multigrid *grid, const perp__matrix *S);
 
 /* Makes the coarse matrices for the block of level `top` (not the last one) with the rows active[0]
  * < active[1] ...: those of P' S P where the rows of P outside of the block are zero (Graeser &
