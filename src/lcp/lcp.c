@@ -187,11 +187,12 @@ static perp__method_slot *pose(perp_lcp_solver *solver, const perp__plan_step *s
     p->n = solver->n;
     p->setup = solver->setups;
     p->M = &solver->S;
+    p->caller = &solver->M;
     p->row_norms = solver->row_norms;
     p->q = solver->q_scaled;
     p->lower = solver->lower_scaled;
     p->upper = solver->upper_scaled;
-    p->block = solver->S.column_starts ? &solver->block : NULL;
+    p->block = &solver->block;
     p->settings = &solver->settings;
     p->tol = solver->settings.tol;
     p->iteration_limit = step->iteration_limit;
@@ -449,8 +450,8 @@ static perp_status try_without_method(perp_lcp_solver *solver, const double *z0)
             return PERP_OK;
         }
     }
-    /* 2. What all others need: the time to tell what a point is worth, the scaled matrix, and the
-     * structure of a sparse one, once a set-up. */
+    /* 2. What all others need: the time to tell what a point is worth, the scaled matrix and
+     * its structure, once a set-up. */
     solver->spent = 0;
     if (!keep_time(solver)) {
         solver->ended = PERP_OUTCOME_TIME_LIMIT;
@@ -460,15 +461,7 @@ static perp_status try_without_method(perp_lcp_solver *solver, const double *z0)
              method == PERP_LCP_AUTO ? PERP_LCP_POLISH : method);
         return PERP_OK;
     }
-    status = perp__scale_matrix(solver);
-    if (status == PERP_OK && solver->S.column_starts) {
-        if (solver->block_read != solver->setups) {
-            solver->block_read = 0;
-            status = perp__sparse_block_read(&solver->block, &solver->S);
-            solver->block_read = status == PERP_OK ? solver->setups : 0;
-        }
-        perp__sparse_block_restart(&solver->block, solver->deadline);
-    }
+    status = perp__read_block(solver);
     if (status == PERP_OK && solver->settings.polish)
         status = perp__polish_fit(solver);
     /* 3. The index set of the start. */

@@ -60,8 +60,9 @@ typedef struct perp__lcp_problem {
     int64_t setup;         /* its number: another one, another matrix */
     const perp__matrix *M; /* dense by columns, or CSC where that pays */
     const double *row_norms;
+    const perp__matrix *caller;      /* M as it came, not scaled */
     const double *q, *lower, *upper; /* scaled; infinite bounds stay infinite */
-    perp__sparse_block *block;       /* blocks of M, factored; NULL if it is dense */
+    perp__sparse_block *block;       /* blocks of M, factored */
     const perp_lcp_settings *settings;
     double tol;              /* where a method may stop: settings->tol, or less */
     int64_t iteration_limit; /* <= 0: the method's own */
@@ -156,10 +157,6 @@ perp_status perp__lcp_problem_read(perp_context *context, perp__matrix *own, con
 
 /* w = M z + q */
 void perp__lcp_affine(const perp__lcp_problem *problem, const double *z, double *w);
-
-/* Of a dense M. Positive definite matrices have a positive diagonal; contact problems with friction
- * do not. */
-int32_t perp__diagonal_is_positive(const perp__matrix *M);
 
 /* A bound that is finite, the lower one first, or 0. */
 static inline double perp__finite_bound(double lower, double upper)

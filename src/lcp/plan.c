@@ -60,8 +60,7 @@ int32_t perp__make_plan(const perp_lcp_solver *solver, perp__plan_step *steps)
 {
     const perp__sparse_block *block = &solver->block;
     const int32_t is_sparse = solver->S.column_starts != NULL;
-    const int32_t sweeps =
-        is_sparse ? block->has_positive_diagonal : perp__diagonal_is_positive(&solver->S);
+    const int32_t sweeps = block->has_positive_diagonal;
     int32_t count;
 
     if (solver->settings.method != PERP_LCP_AUTO)

@@ -8,7 +8,6 @@
 
 #include "base/clock.h"
 #include "lcp/solver.h"
-#include "linalg/blas.h"
 
 /* Rounds of sign repairs: where solutions fade out (an option far out of the money) the active set
  * grows by a node a round; sparse factorisations are cheap enough to follow it. */
@@ -17,22 +16,15 @@
 
 static const double proximal[] = {0.0, 1e-13, 1e-10, 1e-7};
 
-static int32_t uses_dense(const perp_lcp_solver *solver)
-{
-    return !solver->S.column_starts;
-}
-
 static void layout(perp__arena *arena, void *object)
 {
     perp_lcp_solver *solver = object;
     perp__polish *p = &solver->polish;
     size_t n = (size_t)solver->n;
-    size_t entries = uses_dense(solver) ? n * n : 0;
 
-    PERP__INTEGERS(arena, n, &p->active, &p->pivots);
+    p->active = perp__arena_take(arena, n, sizeof(int32_t));
     p->places = perp__arena_take(arena, n, sizeof(int8_t));
     PERP__DOUBLES(arena, n, &p->z, &p->w_high, &p->w_low, &p->step);
-    p->block = perp__arena_take(arena, entries, sizeof(double));
 }
 
 perp_status perp__polish_fit(perp_lcp_solver *solver)
@@ -50,27 +42,13 @@ perp_status perp__polish_fit(perp_lcp_solver *solver)
 /* Factors the active block + rho I; a singular one is told by *regular = 0. */
 static perp_status factor(perp_lcp_solver *solver, int32_t count, double rho, int32_t *regular)
 {
-    perp__polish *p = &solver->polish;
-    const int32_t *active = p->active;
-    perp_status status;
+    const int32_t *active = solver->polish.active;
+    const perp_status status = rho > 0.0
+                                   ? perp__sparse_block_factor(&solver->block, active, count, rho)
+                                   : perp__sparse_block_approach(&solver->block, active, count);
 
-    if (!uses_dense(solver)) {
-        status = rho > 0.0 ? perp__sparse_block_factor(&solver->block, active, count, rho)
-                           : perp__sparse_block_approach(&solver->block, active, count);
-        *regular = status == PERP_OK;
-        return status == PERP__FACTOR_SINGULAR ? PERP_OK : status;
-    }
-    *regular = perp__lcp_may_factor(&solver->control, count, 0, solver->n);
-    for (int32_t c = 0; c < count && *regular; c++) {
-        const double *from = solver->S_values + (size_t)active[c] * (size_t)solver->n;
-        double *column = p->block + (size_t)c * (size_t)count;
-
-        for (int32_t r = 0; r < count; r++)
-            column[r] = from[active[r]];
-        column[c] += rho;
-    }
-    *regular = *regular && perp__lu_factor(count, p->block, count > 0 ? count : 1, p->pivots) == 0;
-    return PERP_OK;
+    *regular = status == PERP_OK;
+    return status == PERP__FACTOR_SINGULAR ? PERP_OK : status;
 }
 
 /* Whether the equations hold as well as a double z allows: a look that costs less than a solve. */
@@ -93,29 +71,24 @@ static int32_t is_refined(perp_lcp_solver *solver, int32_t count)
 static perp_status refine(perp_lcp_solver *solver, int32_t count)
 {
     perp__polish *p = &solver->polish;
-    const int32_t dense = uses_dense(solver);
     double last = INFINITY;
 
     for (int32_t round = 0;
          round < PERP__REFINEMENTS && count > 0 && !perp__is_past(solver->deadline); round++) {
         double largest = 0.0, rate, z_largest = 0.0;
-        perp_status status = PERP_OK;
+        perp_status status;
 
         /* 1. step := block^-1 residual_A, scaled */
         for (int32_t k = 0; k < count; k++) {
             const int32_t i = p->active[k];
 
-            p->step[dense ? k : i] =
-                perp__w_scaled(solver, i, solver->w_high[i] + solver->w_low[i]);
+            p->step[i] = perp__w_scaled(solver, i, solver->w_high[i] + solver->w_low[i]);
         }
-        if (dense)
-            perp__lu_solve(count, p->block, count, p->pivots, p->step, 0);
-        else
-            status = perp__sparse_block_solve_roughly(&solver->block, p->step);
+        status = perp__sparse_block_solve_roughly(&solver->block, p->step);
         if (status < 0)
             return status;
         for (int32_t k = 0; k < count; k++) {
-            const double size = fabs(p->step[dense ? k : p->active[k]]);
+            const double size = fabs(p->step[p->active[k]]);
 
             if (!(size <= largest))
                 largest = size;
@@ -125,7 +98,7 @@ static perp_status refine(perp_lcp_solver *solver, int32_t count)
         /* 2. z_A := z_A - step, and its w */
         for (int32_t k = 0; k < count; k++) {
             const int32_t i = p->active[k];
-            const double z = perp__z_scaled(solver, i, solver->z[i]) - p->step[dense ? k : i];
+            const double z = perp__z_scaled(solver, i, solver->z[i]) - p->step[i];
 
             solver->z[i] = perp__z_caller(solver, i, z);
             z_largest = fabs(z) > z_largest ? fabs(z) : z_largest;
@@ -133,7 +106,8 @@ static perp_status refine(perp_lcp_solver *solver, int32_t count)
         perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
         /* 3. the next step would be shorter at the same rate */
         rate = round > 0 ? fmin(1.0, 8.0 * largest / last) : 1.0;
-        if (rate * largest <= DBL_EPSILON * z_largest || (!dense && is_refined(solver, count)))
+        if (rate * largest <= DBL_EPSILON * z_largest ||
+            (solver->S.column_starts && is_refined(solver, count)))
             break;
         last = largest;
     }
@@ -281,7 +255,7 @@ static perp_status attempt(perp_lcp_solver *solver, int32_t rounds, double rho,
 
 perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth, int32_t is_good)
 {
-    const int32_t rounds = uses_dense(solver) ? PERP__REPAIRS_DENSE : PERP__REPAIRS_SPARSE;
+    const int32_t rounds = solver->S.column_starts ? PERP__REPAIRS_SPARSE : PERP__REPAIRS_DENSE;
     perp_status status = PERP_OK;
     perp__evaluation best = *worth;
 

@@ -3,14 +3,6 @@
 
 #include "lcp/method.h"
 
-int32_t perp__diagonal_is_positive(const perp__matrix *M)
-{
-    for (int32_t i = 0; i < M->rows; i++)
-        if (!(perp__entry(M, i, i) > 0.0))
-            return 0;
-    return 1;
-}
-
 void perp__lcp_dense(const perp__lcp_problem *problem, double sign, double *dense,
                      size_t leading_dimension)
 {

@@ -251,20 +251,32 @@ static void layout_S(perp__arena *arena, void *object)
         arena, s->S.column_starts ? (size_t)s->S.column_starts[n] : n * n, sizeof(double));
 }
 
-/* A strip of rows at a time, so that what is read and what is written stay in the cache until their
- * lines are complete. */
+/* into[i] := from[i stride] (d_i d_j), i < count. */
+static inline void scale_strip(const double *from, size_t stride, const double *d, double d_j,
+                               double *into, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        into[i] = from[i * stride] * (d[i] * d_j);
+}
+
+/* Of a matrix by rows a strip at a time, so that what is read and what is written stay in the cache
+ * until their lines are complete. The compiler knows strides of 1 and whole strips. */
 static void scale_dense(const perp__matrix *M, const double *d, double *S)
 {
-    enum { ROWS = 16 };
-    const int32_t n = M->rows;
+    enum { STRIP = 16 };
+    const size_t n = (size_t)M->rows, stride = M->row_stride, most = stride == 1 ? n : STRIP;
 
-    for (int32_t begin = 0; begin < n; begin += ROWS)
-        for (int32_t j = 0; j < n; j++) {
-            const double *from = M->values + (size_t)j * M->column_stride;
+    for (size_t begin = 0; begin < n; begin += most)
+        for (size_t j = 0; j < n; j++) {
+            const double *from = M->values + begin * stride + j * M->column_stride;
+            double *into = S + begin + j * n;
 
-            for (int32_t i = begin; i < begin + ROWS && i < n; i++)
-                S[(size_t)i + (size_t)j * (size_t)n] =
-                    from[(size_t)i * M->row_stride] * (d[i] * d[j]);
+            if (stride == 1)
+                scale_strip(from, 1, d, d[j], into, n);
+            else if (begin + STRIP <= n)
+                scale_strip(from, stride, d + begin, d[j], into, STRIP);
+            else
+                scale_strip(from, stride, d + begin, d[j], into, n - begin);
         }
 }
 
@@ -303,6 +315,19 @@ perp_status perp__scale_matrix(perp_lcp_solver *s)
             s->S_values[is_sparse ? k : i + j * s->n] = M->values[k] * (d[i] * d[j]);
         }
     return PERP_OK;
+}
+
+perp_status perp__read_block(perp_lcp_solver *s)
+{
+    perp_status status = perp__scale_matrix(s);
+
+    if (status == PERP_OK && s->block_read != s->setups) {
+        s->block_read = 0;
+        status = perp__sparse_block_read(&s->block, &s->S, s->row_norms);
+        s->block_read = status == PERP_OK ? s->setups : 0;
+    }
+    perp__sparse_block_restart(&s->block, s->deadline);
+    return status;
 }
 
 perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const double *lower,

@@ -38,8 +38,7 @@ typedef struct perp__candidate {
     int32_t method;
 } perp__candidate;
 
-/* Workspace of the polish: the active block and its factors. Those of a large sparse block are the
- * solver's. */
+/* Workspace of the polish; the factors of the active block are the solver's. */
 typedef struct perp__polish {
     perp__arena arena;
     int64_t fitted;
@@ -47,8 +46,6 @@ typedef struct perp__polish {
     int8_t *places;             /* n, of the best point */
     double *z, *w_high, *w_low; /* n, the best point */
     double *step;               /* n */
-    double *block;              /* dense: n^2 */
-    int32_t *pivots;
 } perp__polish;
 
 struct perp_lcp_solver {
@@ -118,12 +115,13 @@ struct perp_lcp_solver {
     int32_t insists;            /* on larger ones, too */
     int32_t (*correct)(void *work, const double *residual, double *step); /* perp__lcp_iterate's */
     void *correct_work;
-    perp__sparse_block block; /* of sparse problems */
+    perp__sparse_block block; /* blocks of S */
     int64_t block_read;       /* the set-up it was read from */
 };
 
-/* Makes solver->S, once a set-up. PERP_OK or _MEMORY. */
+/* Makes solver->S, and solver->block of it, once a set-up. PERP_OK or _MEMORY. */
 perp_status perp__scale_matrix(perp_lcp_solver *solver);
+perp_status perp__read_block(perp_lcp_solver *solver);
 
 /* The monitor and the time limit of a call that began then. */
 void perp__open_control(perp_lcp_solver *solver, double started);

@@ -6,24 +6,36 @@
 
 #include "base/clock.h"
 #include "base/rounding.h"
+#include "linalg/blas.h"
 
 /* ---- what a sparse matrix is like, as far as one pass tells ---- */
 
 /* Largest sum of a row's positive entries beside the diagonal, relative to it. */
 #define PERP__POSITIVE_SHARE 0.25
 
-/* M is CSC with sorted columns. */
 static int32_t has_positive_diagonal(const perp__matrix *M)
 {
-    int32_t k;
-
-    for (int32_t j = 0; j < M->columns; j++) {
-        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
-            if (M->row_indices[k] >= j)
-                break;
-        if (k == M->column_starts[j + 1] || M->row_indices[k] != j || !(M->values[k] > 0.0))
+    for (int32_t j = 0; j < M->columns; j++)
+        if (!(perp__entry(M, j, j) > 0.0))
             return 0;
-    }
+    return 1;
+}
+
+/* Of a dense matrix, up to rounding of its rows' norms; in tiles, for the caches. */
+static int32_t is_symmetric(const perp__matrix *M, const double *row_norms)
+{
+    enum { TILE = 16 };
+    const size_t n = (size_t)M->rows;
+
+    for (size_t J = 0; J < n; J += TILE)
+        for (size_t I = J; I < n; I += TILE)
+            for (size_t j = J; j < n && j < J + TILE; j++)
+                for (size_t i = I > j ? I : j + 1; i < n && i < I + TILE; i++) {
+                    const double a = M->values[i + j * n], b = M->values[j + i * n];
+
+                    if (a != b && !(fabs(a - b) <= PERP__SUM_ROUNDING * row_norms[i]))
+                        return 0;
+                }
     return 1;
 }
 
@@ -108,11 +120,14 @@ static void layout(perp__arena *arena, void *object)
     perp__sparse_block *b = object;
     const size_t n = (size_t)b->M->columns;
     const size_t diagonals = b->kind == PERP__SPARSE_TRIDIAGONAL ? n : 0;
+    const size_t lines = b->kind == PERP__DENSE ? n : 0;
 
     PERP__INTEGERS(arena, n, &b->active, &b->local);
     PERP__DOUBLES(arena, n, &b->x, &b->residual, &b->direction, &b->product, &b->diagonal);
     perp__tridiagonal_layout(arena, &b->T, diagonals);
     perp__tridiagonal_factor_layout(arena, &b->tridiagonal, diagonals);
+    b->dense = perp__arena_take(arena, lines * n, sizeof(double));
+    b->pivots = perp__arena_take(arena, lines, sizeof(int32_t));
 }
 
 static void layout_general(perp__arena *arena, void *object)
@@ -126,11 +141,12 @@ static void layout_general(perp__arena *arena, void *object)
     b->values = perp__arena_take(arena, entries, sizeof(double));
 }
 
-perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matrix *M)
+perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matrix *M,
+                                    const double *row_norms)
 {
     const double started = perp__now();
-    const int32_t positive = has_positive_diagonal(M);
-    int32_t symmetric;
+    const int32_t positive = has_positive_diagonal(M), is_dense = !M->column_starts;
+    const double entries = is_dense ? (double)M->rows * M->rows : M->column_starts[M->columns];
     perp_status status;
 
     block->M = M;
@@ -142,19 +158,25 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
     block->grid_built = 0;
     block->suits_grid = block->is_nearly_z = 0;
     block->has_positive_diagonal = positive;
-    block->has_z_signs = positive && has_z_signs(M);
-    block->kind = perp__is_tridiagonal(M) ? PERP__SPARSE_TRIDIAGONAL : PERP__SPARSE_GENERAL;
+    block->has_z_signs = positive && !is_dense && has_z_signs(M);
+    block->kind = is_dense                  ? PERP__DENSE
+                  : perp__is_tridiagonal(M) ? PERP__SPARSE_TRIDIAGONAL
+                                            : PERP__SPARSE_GENERAL;
     status = perp__arena_fit(&block->arena, block->context, layout, block);
     if (status != PERP_OK)
         return status;
-    symmetric = positive && perp__has_symmetric_entries(M, block->local, PERP__ROUNDING_LIMIT);
+    block->is_symmetric =
+        is_dense ? is_symmetric(M, row_norms)
+                 : positive && perp__has_symmetric_entries(M, block->local, PERP__ROUNDING_LIMIT);
     if (block->kind == PERP__SPARSE_TRIDIAGONAL)
         perp__tridiagonal_read(&block->T, M);
-    else if (symmetric)
+    else if (block->is_symmetric && !is_dense)
         block->kind = PERP__SPARSE_SYMMETRIC;
-    block->is_nearly_z = positive && M->columns >= PERP__LARGE_MATRIX && is_nearly_z(M);
-    block->suits_grid = block->is_nearly_z && (symmetric || block->kind == PERP__SPARSE_GENERAL);
-    block->pace = (perp__now() - started) / (M->column_starts[M->columns] + 1.0);
+    block->is_nearly_z =
+        positive && !is_dense && M->columns >= PERP__LARGE_MATRIX && is_nearly_z(M);
+    block->suits_grid =
+        block->is_nearly_z && (block->is_symmetric || block->kind == PERP__SPARSE_GENERAL);
+    block->pace = (perp__now() - started) / (entries + 1.0);
     return PERP_OK;
 }
 
@@ -329,13 +351,43 @@ static perp_status factor_definite(perp__sparse_block *b)
     return PERP_OK;
 }
 
+/* Overflow is of no more use than a zero pivot. */
+static perp_status factor_dense(perp__sparse_block *b)
+{
+    const size_t n = (size_t)b->M->rows, count = (size_t)b->count;
+    const int32_t order = b->count, stride = order > 0 ? order : 1;
+    const double products = (double)count * (double)count * (double)count;
+    int32_t regular = 0;
+
+    for (int32_t by_lu = !b->is_symmetric; by_lu < 2 && !regular; by_lu++) {
+        if (is_late(b, PRODUCT * products / (by_lu ? 3.0 : 6.0)))
+            return PERP__FACTOR_SINGULAR;
+        for (size_t c = 0; c < count; c++) {
+            const double *from = b->M->values + (size_t)b->active[c] * n;
+            double *column = b->dense + c * count;
+
+            for (size_t r = by_lu ? 0 : c; r < count; r++)
+                column[r] = from[b->active[r]];
+            column[c] += b->weights ? b->weights[b->active[c]] : b->rho;
+        }
+        regular = by_lu ? perp__lu_factor(order, b->dense, stride, b->pivots) == 0
+                        : perp__cholesky_factor(order, b->dense, stride) == 0;
+        b->by_lu = by_lu;
+    }
+    for (size_t k = 0; k < count; k++)
+        regular = regular && isfinite(b->dense[k * (count + 1)]);
+    return regular ? PERP_OK : PERP__FACTOR_SINGULAR;
+}
+
 static perp_status factor(perp__sparse_block *b)
 {
     perp_status status = PERP__FACTOR_SINGULAR;
 
     if (is_late(b, 0.0))
         return status;
-    if (b->kind == PERP__SPARSE_TRIDIAGONAL && !b->weights) {
+    if (b->kind == PERP__DENSE) {
+        status = factor_dense(b);
+    } else if (b->kind == PERP__SPARSE_TRIDIAGONAL && !b->weights) {
         if (perp__tridiagonal_factorise(&b->tridiagonal, &b->T, b->active, b->count, b->rho))
             status = PERP_OK;
     } else {
@@ -378,7 +430,12 @@ void perp__sparse_block_solve(perp__sparse_block *block, double *x, int32_t tran
     }
     for (int32_t k = 0; k < block->count; k++)
         block->x[k] = x[block->active[k]];
-    if (block->by_lu)
+    if (block->kind == PERP__DENSE && block->by_lu)
+        perp__lu_solve(block->count, block->dense, block->count, block->pivots, block->x,
+                       transposed);
+    else if (block->kind == PERP__DENSE)
+        perp__cholesky_solve(block->count, 1, block->dense, block->count, block->x, block->count);
+    else if (block->by_lu)
         perp__klu_solve(block->lu, block->x, transposed);
     else if (transposed)
         perp__tridiagonal_solve_transposed(&block->tridiagonal, block->x);
@@ -465,8 +522,8 @@ static int32_t solve_by_steps(perp__sparse_block *b, const double *right)
 perp_status perp__sparse_block_approach(perp__sparse_block *block, const int32_t *active,
                                         int32_t count)
 {
-    const int32_t n = block->M->columns;
-    const int32_t is_plane = block->M->column_starts[n] / PERP__PLANE <= n;
+    const int32_t n = block->M->columns, *starts = block->M->column_starts;
+    const int32_t is_plane = starts && starts[n] / PERP__PLANE <= n;
     const int32_t largest = is_plane ? PERP__LARGE_PLANE : PERP__LARGE_BLOCK;
     perp__multigrid *grid = NULL;
     perp_status status = PERP_OK;

@@ -1,7 +1,7 @@
-/* Principal blocks of one sparse matrix, factored in the cheapest way its structure allows:
- * tridiagonal elimination, Cholesky, LU, or not at all: large blocks of matrices like Laplace's are
- * solved by conjugate gradients with multigrid, those whose factors would fill in by conjugate
- * gradients alone. Factors are kept until the next block is asked for.
+/* Principal blocks of one matrix, factored in the cheapest way its structure allows: dense ones by
+ * Cholesky or LU, sparse ones by tridiagonal elimination, Cholesky, LU, or not at all: large blocks
+ * of matrices like Laplace's are solved by conjugate gradients with multigrid, those whose factors
+ * would fill in by conjugate gradients alone. Factors are kept until the next block is asked for.
  */
 #ifndef PERP_LINALG_SPARSE_BLOCK_H
 #define PERP_LINALG_SPARSE_BLOCK_H
@@ -25,7 +25,8 @@
 enum perp__sparse_kind {
     PERP__SPARSE_TRIDIAGONAL = 1,
     PERP__SPARSE_SYMMETRIC, /* with a positive diagonal: Cholesky, or LU where that breaks down */
-    PERP__SPARSE_GENERAL
+    PERP__SPARSE_GENERAL,
+    PERP__DENSE /* by columns; Cholesky, or LU, as the symmetric ones */
 };
 
 /* At first all 0 but for the context. */
@@ -34,10 +35,11 @@ typedef struct perp__sparse_block {
     const perp__matrix *M;
     int32_t kind; /* enum perp__sparse_kind */
     int32_t has_positive_diagonal;
-    int32_t has_z_signs; /* M_ii > 0 and M_ij <= 0 for i != j */
-    int32_t is_nearly_z; /* positive entries beside a positive diagonal are small */
-    int32_t suits_grid;  /* M is large and nearly Z: multigrid may serve */
-    int32_t grid_built;  /* 1; -1: it does not serve, found out when built or in a solve */
+    int32_t is_symmetric; /* up to rounding; if it is sparse, with a positive diagonal */
+    int32_t has_z_signs;  /* M_ii > 0 and M_ij <= 0 for i != j */
+    int32_t is_nearly_z;  /* positive entries beside a positive diagonal are small */
+    int32_t suits_grid;   /* M is large and nearly Z: multigrid may serve */
+    int32_t grid_built;   /* 1; -1: it does not serve, found out when built or in a solve */
     double deadline; /* on perp__now()'s clock; 0: none. What cannot be factored by then is not: */
     int32_t late;    /* 1, and so is nothing else until perp__sparse_block_restart */
     double pace;     /* seconds that reading the matrix took for each of its entries */
@@ -60,6 +62,8 @@ typedef struct perp__sparse_block {
     perp__arena general_arena;
     int32_t *local, *starts, *rows; /* n; n + 1; entries + n */
     double *values;
+    double *dense; /* factors of a dense block, and the pivots of LU */
+    int32_t *pivots;
     double *x, *residual;                   /* n */
     double *direction, *product, *diagonal; /* n, of conjugate gradients */
     perp__multigrid grid;
@@ -67,9 +71,10 @@ typedef struct perp__sparse_block {
     int32_t lu_capacity;
 } perp__sparse_block;
 
-/* Takes another matrix (CSC), or the same with other values, and finds out its kind. PERP_OK or
- * _MEMORY. Cost: one pass over M. */
-perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matrix *M);
+/* Takes another matrix, CSC or dense by columns, or the same with other values, and finds out its
+ * kind. row_norms: n, of a dense one. PERP_OK or _MEMORY. Cost: one pass over M. */
+perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matrix *M,
+                                    const double *row_norms);
 
 /* Factors M_AA + rho I for A = active[0] < active[1] < ...; nothing to do if these are the factors
  * it holds. The factors do not depend on what was factored before. PERP_OK, PERP__FACTOR_SINGULAR,

@@ -63,10 +63,8 @@ static void newton(const perp__matrix *M, const gen_lcp *problem, const double *
     iterate.attempt = attempt;
     memset(&block, 0, sizeof block);
     block.context = context;
-    if (M->column_starts) {
-        p.block = &block;
-        assert_int_equal(perp__sparse_block_read(&block, M), PERP_OK);
-    }
+    p.block = &block;
+    assert_int_equal(perp__sparse_block_read(&block, p.M, norms), PERP_OK);
     work->problem = &p;
     memset(&arena, 0, sizeof arena);
     assert_int_equal(perp__arena_fit(&arena, context, layout, work), PERP_OK);

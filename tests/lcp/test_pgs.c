@@ -101,10 +101,10 @@ static void test_refuses_a_diagonal_that_is_not_positive(void **state)
 
         assert_int_equal(solve_3(0.0, csc, z), PERP_ERROR_ARGUMENT);
         assert_string_equal(perp_context_message(context),
-                            "M(2,2) is not positive: pgs needs a positive diagonal");
+                            "M(2,2) = 0: pgs needs a positive diagonal");
         assert_int_equal(solve_3(-2.5, csc, z), PERP_ERROR_ARGUMENT);
         assert_string_equal(perp_context_message(context),
-                            "M(2,2) is not positive: pgs needs a positive diagonal");
+                            "M(2,2) = -2.5: pgs needs a positive diagonal");
         assert_true(z[0] == 17.0 && z[1] == 17.0 && z[2] == 17.0);
         assert_int_equal(solve_3(0.5, csc, z), PERP_OK);
     }

@@ -81,17 +81,17 @@ static void test_answers_of_lemke(void **state)
     assert_true(taken > count * 9 / 10); /* those that fall into parts are not */
 }
 
-/* Hilbert's matrices in integers, of condition 1e7 and 1e10, z = 1: refined, z is right to a
+/* Hilbert's matrices in integers, of condition 1e7 and 5e11, z = 1: refined, z is right to a
  * rounding or two, whatever the condition. The first is taken, after one step of refinement; what
  * that leaves of the second is for the polish. */
 static void test_ill_conditioned(void **state)
 {
-    static const double multiples[] = {27720.0, 360360.0}; /* of 1 .. 11 and 1 .. 15 */
+    static const double multiples[] = {27720.0, 12252240.0}; /* of 1 .. 11 and 1 .. 17 */
     const perp_lcp_settings settings = run_settings(PERP_LCP_AUTO);
 
     (void)state;
     for (int32_t k = 0; k < 2; k++) {
-        const int32_t n = k == 0 ? 6 : 8;
+        const int32_t n = k == 0 ? 6 : 9;
         gen_lcp problem;
         run r;
 

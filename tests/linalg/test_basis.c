@@ -130,7 +130,7 @@ static void test_principal(void **state)
 
         memset(&block, 0, sizeof block);
         block.context = context;
-        assert_int_equal(perp__sparse_block_read(&block, &view), PERP_OK);
+        assert_int_equal(perp__sparse_block_read(&block, &view, NULL), PERP_OK);
         open_bench(&b, context, make_pool(&random, N, N), 8, 8 * N);
         for (i = 0; i < N; i++) {
             index[i] = i + i / 8;

@@ -93,16 +93,21 @@ static void check_block_solve(gen_random *random, perp__sparse_block *block, con
     matrix_release(&B);
 }
 
-static void check_matrix(gen_random *random, perp__sparse_block *block, int which, int32_t n)
+static void check_matrix(gen_random *random, perp__sparse_block *block, int which, int32_t n,
+                         int is_dense)
 {
     matrix A = make_matrix(random, n, which);
-    perp__matrix M = sparse_view(&A);
+    const perp__matrix M =
+        is_dense ? (perp__matrix){n, n, 1, (size_t)n, A.dense, NULL, NULL} : sparse_view(&A);
     int32_t *active = check_allocate((size_t)n + 1, sizeof *active);
+    double *norms = check_allocate((size_t)n + 1, sizeof *norms);
     int32_t round;
 
-    assert_int_equal(perp__sparse_block_read(block, &M), PERP_OK);
+    for (int32_t k = 0; k < n * n; k++)
+        norms[k % n] += fabs(A.dense[k]);
+    assert_int_equal(perp__sparse_block_read(block, &M, norms), PERP_OK);
     if (n > 20)
-        assert_int_equal(block->kind, kinds[which]);
+        assert_int_equal(block->kind, is_dense ? PERP__DENSE : kinds[which]);
     for (round = 0; round < 6; round++) {
         const int32_t count = choose(random, n, active, round < 5 ? 3 + round : 0);
         const double rho = round % 2 ? 0.25 : 0.0;
@@ -115,6 +120,7 @@ static void check_matrix(gen_random *random, perp__sparse_block *block, int whic
         check_block_solve(random, block, &A, active, count, rho, 1);
     }
     free(active);
+    free(norms);
     matrix_release(&A);
 }
 
@@ -133,7 +139,7 @@ static void test_blocks(void **state)
     for (round = 0; round < 5; round++)
         for (k = 0; k < sizeof orders / sizeof *orders; k++)
             for (which = 0; which < MATRICES; which++)
-                check_matrix(&random, &block, which, orders[k]);
+                check_matrix(&random, &block, which, orders[k], round % 2);
     perp__sparse_block_release(&block);
 }
 
@@ -158,8 +164,8 @@ static void test_history_leaves_no_trace(void **state)
         used.context = context;
         memset(&fresh, 0, sizeof fresh);
         fresh.context = context;
-        assert_int_equal(perp__sparse_block_read(&used, &M), PERP_OK);
-        assert_int_equal(perp__sparse_block_read(&fresh, &M), PERP_OK);
+        assert_int_equal(perp__sparse_block_read(&used, &M, NULL), PERP_OK);
+        assert_int_equal(perp__sparse_block_read(&fresh, &M, NULL), PERP_OK);
         count_first = choose(&random, N, first, 6);
         count_second = choose(&random, N, second, 4);
         assert_int_equal(perp__sparse_block_factor(&used, first, count_first, 0.0), PERP_OK);
@@ -254,7 +260,7 @@ static void test_fill_is_left_out(void **state)
             if (gen_integer(&random, 20) > 0)
                 active[count++] = i;
         }
-        assert_int_equal(perp__sparse_block_read(&block, &M), PERP_OK);
+        assert_int_equal(perp__sparse_block_read(&block, &M, NULL), PERP_OK);
         for (int32_t round = 0; round < 2; round++) {
             perp__sparse_block_restart(&block, 0.0);
             assert_int_equal(perp__sparse_block_approach(&block, active, count), PERP_OK);
@@ -309,7 +315,7 @@ static void test_singular(void **state)
     M = sparse_view(&A);
     memset(&block, 0, sizeof block);
     block.context = context;
-    assert_int_equal(perp__sparse_block_read(&block, &M), PERP_OK);
+    assert_int_equal(perp__sparse_block_read(&block, &M, NULL), PERP_OK);
     assert_int_equal(perp__sparse_block_factor(&block, active, 3, 0.0), PERP__FACTOR_SINGULAR);
     assert_int_equal(perp__sparse_block_factor(&block, active, 3, 0.25), PERP_OK);
     check_block_solve(&random, &block, &A, active, 3, 0.25, 0);
@@ -337,7 +343,7 @@ static void test_symmetry(void **state)
         A.dense[6] = -factors[k];
         matrix_compress(&A);
         M = sparse_view(&A);
-        assert_int_equal(perp__sparse_block_read(&block, &M), PERP_OK);
+        assert_int_equal(perp__sparse_block_read(&block, &M, NULL), PERP_OK);
         assert_int_equal(block.kind, k < 2 ? PERP__SPARSE_SYMMETRIC : PERP__SPARSE_GENERAL);
         assert_true(block.has_z_signs);
         matrix_release(&A);

@@ -249,27 +249,3 @@ void perp__active_block_solve(perp__active_block *b, const int8_t *places, doubl
         if (b->position[b->changed[b->used[k]]] < 0)
             r[b->changed[b->used[k]]] = b->y[k];
 }
-
-int32_t perp__is_symmetric(const perp__lcp_problem *problem)
-{
-    const perp__matrix *M = problem->M;
-    const size_t n = (size_t)M->rows;
-    enum { TILE = 16 };
-
-    for (size_t J = 0; J < n; J += TILE)
-        for (size_t I = J; I < n; I += TILE) {
-            const size_t end_j = J + TILE < n ? J + TILE : n, end_i = I + TILE < n ? I + TILE : n;
-
-            for (size_t j = J; j < end_j; j++) {
-                const double *line = M->values + j * n, *across = M->values + j;
-
-                for (size_t i = I > j ? I : j + 1; i < end_i; i++) {
-                    const double a = line[i], b = across[i * n];
-
-                    if (a != b && !(fabs(a - b) <= PERP__SUM_ROUNDING * problem->row_norms[i]))
-                        return 0;
-                }
-            }
-        }
-    return 1;
-}

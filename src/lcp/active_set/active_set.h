@@ -73,9 +73,6 @@ enum perp__block_state perp__active_block_choose(perp__active_block *b, const in
 /* M_AA r_A := r_A; the other entries of r are not touched. `places` as chosen. */
 void perp__active_block_solve(perp__active_block *b, const int8_t *places, double *r);
 
-/* Whether M is symmetric up to rounding of its rows' norms. */
-int32_t perp__is_symmetric(const perp__lcp_problem *problem);
-
 /* ---- block_pivoting.c ---- */
 
 /* Block principal pivoting, also known as the primal-dual active set method, for dense LCPs with

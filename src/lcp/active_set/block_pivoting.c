@@ -152,8 +152,6 @@ perp_outcome perp__block_pivoting_run(perp__block_pivoting *b)
 typedef struct active_set_work {
     perp__lcp_work head;
     perp__block_pivoting pivoting;
-    int32_t examined; /* since the last set-up: `symmetric` is known */
-    int32_t symmetric;
 } active_set_work;
 
 static int32_t suits(const perp__lcp_problem *problem)
@@ -166,7 +164,6 @@ static void layout(perp__arena *arena, void *work)
     active_set_work *a = work;
 
     perp__block_pivoting_layout(arena, &a->pivoting, a->head.problem->n, 0);
-    a->examined = 0;
 }
 
 static int32_t correct(void *work, const double *residual, double *step)
@@ -186,10 +183,7 @@ static perp_status solve(void *work, perp__lcp_iterate *iterate)
     const perp__lcp_problem *p = a->head.problem;
     const size_t n = (size_t)p->n;
 
-    if (!a->examined)
-        a->symmetric = perp__is_symmetric(p);
-    a->examined = 1;
-    perp__active_block_begin(&b->active, p, a->symmetric);
+    perp__active_block_begin(&b->active, p, p->block->is_symmetric);
     b->active.definite = 0;
     b->problem = p;
     b->patience = b->patience_of_few = PERP__PATIENCE;

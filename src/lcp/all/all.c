@@ -133,7 +133,7 @@ static perp_status all_prepare(perp__lcp_all *all)
 {
     perp_lcp_solver *solver = all->solver;
     const int32_t n = all->n = solver->n;
-    perp_status status = perp__scale_matrix(solver);
+    perp_status status = perp__read_block(solver);
 
     PERP__THEN(status, perp__polish_fit(solver));
     PERP__THEN(status, perp__arena_fit(&all->arena, all->context, layout, all));

@@ -37,7 +37,7 @@ static void layout(perp__arena *arena, void *object)
     perp__fischer_state *f = object;
     size_t n = (size_t)f->common.problem->n;
 
-    perp__fischer_matrix_layout(arena, &f->S, f->common.problem);
+    f->active = perp__arena_take(arena, n, sizeof(int32_t));
     PERP__DOUBLES(arena, n, &f->w, &f->phi, &f->slope_z, &f->slope_w, &f->weights, &f->d, &f->image,
                   &f->correction, &f->part, &f->work, &f->trial_z, &f->trial_w, &f->trial_phi,
                   &f->best, &f->kept_z);
@@ -52,7 +52,7 @@ static void multiply(const perp__fischer_state *f, const double *z, double *w)
 
     if (problem->n > 0)
         memcpy(w, problem->q, (size_t)problem->n * sizeof *w);
-    perp__multiply_add(&f->S.S, z, w);
+    perp__multiply_add(f->S, z, w);
 }
 
 double perp__fischer_evaluate(const perp__fischer_state *f, const double *z, const double *w,
@@ -76,7 +76,7 @@ static void keep_best(perp__fischer_state *f)
         f->part[i] = f->trial_z[i] - f->z[i];
         f->trial_w[i] = f->w[i];
     }
-    perp__multiply_add(&f->S.S, f->part, f->trial_w);
+    perp__multiply_add(f->S, f->part, f->trial_w);
     for (int32_t i = 0; i < p->n; i++)
         perp__raise_to(&residual,
                        fabs(perp__mid(f->trial_z[i], p->lower[i], p->upper[i], f->trial_w[i])));
@@ -107,14 +107,27 @@ void perp__fischer_solve_rows(perp__fischer_state *f, double *x, double *image)
         image[i] = 0.0;
         f->part[i] = isfinite(f->weights[i]) ? 0.0 : x[i];
     }
-    perp__multiply_add(&f->S.S, f->part, image);
+    perp__multiply_add(f->S, f->part, image);
     for (int32_t i = 0; i < n; i++)
         if (isfinite(f->weights[i]))
             x[i] -= image[i];
-    perp__fischer_matrix_solve(&f->S, x);
+    perp__sparse_block_solve(f->common.problem->block, x, 0);
     for (int32_t i = 0; i < n; i++)
         f->part[i] = isfinite(f->weights[i]) ? x[i] : 0.0;
-    perp__multiply_add(&f->S.S, f->part, image);
+    perp__multiply_add(f->S, f->part, image);
+}
+
+/* y += x S_j */
+static void add_column(const perp__matrix *S, int32_t j, double x, double *y)
+{
+    perp__matrix column = *S;
+
+    column.columns = 1;
+    if (S->column_starts)
+        column.column_starts += j;
+    else
+        column.values += (size_t)j * S->column_stride;
+    perp__multiply_add(&column, &x, y);
 }
 
 /* Sweeps of projected Gauss-Seidel by columns, which keep w up to date. */
@@ -126,13 +139,13 @@ static void sweeps(perp__fischer_state *f, int32_t count)
     for (int32_t k = 0; k < count && !perp__is_past(p->control->deadline); k++) {
         for (int32_t j = 0; j < p->n; j++) {
             const double z = f->z[j];
-            double diagonal = perp__entry(&f->S.S, j, j);
+            double diagonal = perp__entry(f->S, j, j);
 
             if (!(diagonal > 0.0))
                 diagonal = p->row_norms[j] > 0.0 ? p->row_norms[j] : 1.0;
             f->z[j] = perp__clamp(z - f->w[j] / diagonal, p->lower[j], p->upper[j]);
             if (f->z[j] != z)
-                perp__fischer_matrix_add_column(&f->S, j, f->z[j] - z, f->w);
+                add_column(f->S, j, f->z[j] - z, f->w);
         }
         keep_best(f);
         if (!(f->best_residual <= PERP__PROGRESS * last))
@@ -222,7 +235,7 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
     const start *first = &starts[iterate->warm ? 1 : 0][iterate->attempt];
     perp_status status;
 
-    perp__fischer_matrix_read(&f->S, problem);
+    f->S = problem->M;
     f->penalty = problem->settings->penalty;
     f->z = iterate->z;
     f->steps = 0;
@@ -233,7 +246,7 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
     /* 1. Where Newton's method begins: a guess at which bounds are active, safe for any S since
      * only the best point met is kept. */
     perp__fischer_set_point(f);
-    if (f->S.symmetric)
+    if (problem->block->is_symmetric)
         sweeps(f, first->steps);
     else
         extragradient(f, first->steps);

@@ -27,6 +27,20 @@
 /* rho, one after the other until a direction serves. */
 static const double proximal[] = {0.0, 1e-12, 1e-9, 1e-6, 1e-3};
 
+/* Factors S_AA + W_A, A the rows whose weight is finite; `uniform`: all of these are the same. */
+static perp_status factor(perp__fischer_state *f, int32_t uniform)
+{
+    perp__sparse_block *block = f->common.problem->block;
+    int32_t *active = f->active, count = 0;
+
+    for (int32_t i = 0; i < f->common.problem->n; i++)
+        if (isfinite(f->weights[i]))
+            active[count++] = i;
+    return uniform ? perp__sparse_block_factor(block, active, count,
+                                               count > 0 ? f->weights[active[0]] : 0.0)
+                   : perp__sparse_block_factor_with(block, active, count, f->weights);
+}
+
 /* Moves along d; returns 0 if no t gives enough descent from the largest of the last values of
  * Psi. */
 static int32_t line_search(perp__fischer_state *f, double slope)
@@ -55,7 +69,7 @@ perp_status perp__fischer_newton_step(perp__fischer_state *f)
     const perp__fischer_point point = {p->n, f->z, f->w, p->lower, p->upper, f->penalty};
     double slope;
 
-    perp__fischer_slopes(&point, &f->S.S, f->part, f->work, f->slope_z, f->slope_w);
+    perp__fischer_slopes(&point, f->S, f->part, f->work, f->slope_z, f->slope_w);
     for (size_t k = 0; k < sizeof proximal / sizeof proximal[0]; k++) {
         perp_status status;
 
@@ -66,7 +80,7 @@ perp_status perp__fischer_newton_step(perp__fischer_state *f)
             f->weights[i] = isfinite(weight) ? weight : INFINITY;
             f->d[i] = -f->phi[i] / (isfinite(weight) ? f->slope_w[i] : f->slope_z[i]);
         }
-        status = perp__fischer_matrix_factor(&f->S, f->weights, 0);
+        status = factor(f, 0);
         if (status < 0)
             return status;
         if (status != PERP_OK)
@@ -84,9 +98,9 @@ perp_status perp__fischer_newton_step(perp__fischer_state *f)
         f->part[i] = f->slope_w[i] * f->phi[i];
     for (int32_t i = 0; i < p->n; i++)
         f->d[i] = p->lower[i] < p->upper[i]
-                      ? perp__column_times(&f->S.S, i, f->part) + f->slope_z[i] * f->phi[i]
+                      ? perp__column_times(f->S, i, f->part) + f->slope_z[i] * f->phi[i]
                       : 0.0;
-    slope = perp__fischer_descent(&f->S.S, f->slope_z, f->slope_w, f->d, f->image);
+    slope = perp__fischer_descent(f->S, f->slope_z, f->slope_w, f->d, f->image);
     return slope < 0.0 && line_search(f, slope);
 }
 
@@ -101,7 +115,7 @@ static perp_status try_places(perp__fischer_state *f, double rho, double *psi)
     for (int32_t i = 0; i < p->n; i++)
         f->weights[i] = f->places[i] == PERP__BETWEEN ? rho : INFINITY;
     *psi = INFINITY;
-    status = perp__fischer_matrix_factor(&f->S, f->weights, 1);
+    status = factor(f, 1);
     if (status != PERP_OK)
         return status < 0 ? status : PERP_OK;
     for (int32_t i = 0; i < p->n; i++)
@@ -118,7 +132,7 @@ static perp_status try_places(perp__fischer_state *f, double rho, double *psi)
         f->trial_w[i] = w;
         f->part[i] = f->trial_z[i] - z;
     }
-    perp__multiply_add(&f->S.S, f->part, f->trial_w);
+    perp__multiply_add(f->S, f->part, f->trial_w);
     *psi = perp__fischer_evaluate(f, f->trial_z, f->trial_w, f->trial_phi);
     return PERP_OK;
 }

@@ -287,12 +287,10 @@ static void examine(perp__lemke *l)
     if (l->examined == p->setup)
         return;
     l->examined = p->setup;
-    l->crashes = l->symmetric = 0;
-    l->positive = perp__diagonal_is_positive(p->M);
-    if (!l->positive)
+    l->crashes = 0;
+    if (!p->block->has_positive_diagonal)
         return;
-    l->symmetric = perp__is_symmetric(p);
-    l->crashes = l->symmetric || (p->n >= CRASH_LU_FROM && skewness(p) <= CRASH_SKEW);
+    l->crashes = p->block->is_symmetric || (p->n >= CRASH_LU_FROM && skewness(p) <= CRASH_SKEW);
     /* not where many couplings are larger than a positive definite M + M' can have: one a row is
      * looked at */
     for (int32_t i = 0; i < M->rows; i++) {
@@ -322,7 +320,7 @@ static enum perp__lemke_guess crash(perp__lemke *l, perp__lcp_iterate *iterate)
     perp_outcome outcome;
 
     b->active.block = l->tableau.T;
-    perp__active_block_begin(&b->active, p, l->symmetric);
+    perp__active_block_begin(&b->active, p, p->block->is_symmetric);
     b->active.definite = 1;
     b->problem = p;
     b->patience = PERP__CRASH_PATIENCE;
@@ -371,7 +369,8 @@ static perp_status start_near(perp__lemke *l, perp__lcp_iterate *iterate,
         perp__block_pivoting_start(p, l->places);
     if (p->settings->crash && !p->M->column_starts) {
         examine(l);
-        if (l->crashes || (iterate->warm && l->positive && !p->settings->polish))
+        if (l->crashes ||
+            (iterate->warm && p->block->has_positive_diagonal && !p->settings->polish))
             *guess = crash(l, iterate);
     }
     if (*guess == PERP__GUESS_NONE && iterate->warm)

@@ -237,10 +237,9 @@ struct perp__lemke {
     perp__doubled doubled;
     perp__factored factored;
 
-    perp__block_pivoting crash;  /* dense M only; its block lies in the tableau's memory */
-    int64_t examined;            /* the set-up since which it is known what M says */
-    int32_t positive, symmetric; /* the diagonal; M */
-    int32_t crashes;             /* a crash from cold may pay */
+    perp__block_pivoting crash; /* dense M only; its block lies in the tableau's memory */
+    int64_t examined;           /* the set-up since which it is known what M says */
+    int32_t crashes;            /* a crash from cold may pay */
 };
 
 /* The name of t. */

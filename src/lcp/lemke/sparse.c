@@ -20,6 +20,9 @@
 
 /* Pivots between refactorisations at most. */
 #define SPIKES 64
+/* Below this size a crash that fails costs more than the path from the slacks, so only matrices
+ * that look like P-matrices get one. */
+#define WORTH_IT 400
 /* Violations that pivots remove for less than another step of the crash costs; a guess is one if
  * beyond those few at most one pair in so many is violated. */
 #define FEW 16
@@ -267,6 +270,7 @@ static perp_status start_near(perp__lemke *l, perp__lcp_iterate *iterate,
 {
     const perp__lcp_problem *p = l->head.problem;
     const double *z = iterate->z;
+    int32_t has_diagonal = 1; /* that of a P-matrix: all variables with a bound do */
     perp_status status = PERP_OK;
 
     if (p->settings->pivot_rule == PERP_PIVOT_LEXICOGRAPHIC)
@@ -282,9 +286,15 @@ static perp_status start_near(perp__lemke *l, perp__lcp_iterate *iterate,
             status = take_guess(l, guess);
         }
     }
-    return status == PERP_OK && *guess == PERP__GUESS_NONE && p->settings->crash
-               ? crash(l, iterate, guess)
-               : status;
+    if (status != PERP_OK || *guess != PERP__GUESS_NONE || !p->settings->crash)
+        return status;
+    for (int32_t i = 0; i < p->n; i++) {
+        const int32_t is_free = p->lower[i] == -INFINITY && p->upper[i] == INFINITY;
+
+        if (p->lower[i] < p->upper[i] && !is_free && !(perp__entry(p->M, i, i) > 0.0))
+            has_diagonal = 0;
+    }
+    return iterate->warm || p->n >= WORTH_IT || has_diagonal ? crash(l, iterate, guess) : PERP_OK;
 }
 
 /* The basis of the slacks and the free variables, or, where those depend on each other, of the

@@ -91,14 +91,13 @@ static perp_status check(const perp__lcp_problem *problem)
 
     for (int32_t i = 0; i < problem->n && status == PERP_OK; i++) {
         const double lower = problem->lower[i], upper = problem->upper[i], q = problem->q[i];
-        const double diagonal = perp__entry(problem->M, i, i);
+        const double diagonal = perp__entry(problem->caller, i, i);
 
         if (!(lower < upper) || diagonal > 0.0)
             continue;
         if (problem->row_norms[i] > 0.0)
-            status = perp__refuse(problem->context,
-                                  "M(%d,%d) is not positive: pgs needs a positive diagonal", (int)i,
-                                  (int)i);
+            status = perp__refuse(problem->context, "M(%d,%d) = %g: pgs needs a positive diagonal",
+                                  (int)i, (int)i, diagonal);
         else if ((q > 0.0 && lower == -INFINITY) || (q < 0.0 && upper == INFINITY))
             status = perp__refuse(problem->context,
                                   "row %d of M is 0 and q[%d] is not: w[%d] = q[%d] for every z",
