@@ -246,9 +246,11 @@ static void layout_S(perp__arena *arena, void *object)
 {
     perp_lcp_solver *s = object;
     const size_t n = (size_t)s->n;
+    const int32_t *starts = s->S.column_starts;
 
-    s->S_values = perp__arena_take(
-        arena, s->S.column_starts ? (size_t)s->S.column_starts[n] : n * n, sizeof(double));
+    /* in one piece: allocators give back to the system what is more than twice the largest */
+    s->S_values = perp__arena_take(arena, starts ? (size_t)starts[n] : n * n, sizeof(double));
+    s->block.room = starts ? NULL : perp__arena_take(arena, n * n, sizeof(double));
 }
 
 /* into[i] := from[i stride] (d_i d_j), i < count. */

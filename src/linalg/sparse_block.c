@@ -126,7 +126,7 @@ static void layout(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, n, &b->x, &b->residual, &b->direction, &b->product, &b->diagonal);
     perp__tridiagonal_layout(arena, &b->T, diagonals);
     perp__tridiagonal_factor_layout(arena, &b->tridiagonal, diagonals);
-    b->dense = perp__arena_take(arena, lines * n, sizeof(double));
+    b->dense = b->room ? b->room : perp__arena_take(arena, lines * n, sizeof(double));
     b->pivots = perp__arena_take(arena, lines, sizeof(int32_t));
 }
 

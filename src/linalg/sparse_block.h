@@ -62,7 +62,8 @@ typedef struct perp__sparse_block {
     perp__arena general_arena;
     int32_t *local, *starts, *rows; /* n; n + 1; entries + n */
     double *values;
-    double *dense; /* factors of a dense block, and the pivots of LU */
+    double *room;  /* for factors of a dense block, lent by who holds the matrix; NULL: its own */
+    double *dense; /* these factors, and the pivots of LU */
     int32_t *pivots;
     double *x, *residual;                   /* n */
     double *direction, *product, *diagonal; /* n, of conjugate gradients */

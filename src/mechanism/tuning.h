@@ -11,7 +11,7 @@
 /* A pivot of so many times what the system is known to is none: an inertia may be 0. */
 #define PERP__SINGULAR 4.0
 
-/* Directions of slips, the forces that follow from them, and factors of expansions are found to it. */
+/* Directions of slips, the forces by them, and factors of expansions are found to this. */
 #define PERP__SAME_DIRECTION 1e-10
 
 /* What is found in two ways is the same where it differs by no more: the velocities of an answer

@@ -8,7 +8,6 @@
 #include "base/context.h"
 #include "ncp/solver.h"
 
-
 /* F at the four points of a column, and its value and error by differences. */
 typedef struct column {
     int32_t j;
@@ -87,7 +86,8 @@ static void compare(perp_ncp_check *check, const column *c, int32_t i, double gi
 {
     double uncertainty;
     const double found = difference(c, i, &uncertainty);
-    const double allowed = PERP__CERTAIN * uncertainty + sqrt(DBL_EPSILON) * fmax(fabs(given), fabs(found));
+    const double allowed =
+        PERP__CERTAIN * uncertainty + sqrt(DBL_EPSILON) * fmax(fabs(given), fabs(found));
     const double apart = fabs(given - found);
     const double ratio = apart > 0.0 ? apart / allowed : 0.0;
 

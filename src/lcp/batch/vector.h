@@ -283,7 +283,8 @@ static TARGET truth NAME(is_one_part)(const perp__batch_group *g)
     const size_t n = (size_t)g->n;
     const double *const M = g->M, *const w_unit = g->w_unit, *const size = g->size;
     /* beside rows of that size a coupling from here on is no noise to equilibration */
-    const lanes least = spread(PERP__CERTAIN * PERP__BATCH_LARGE * perp__power_of_two(-PERP__NOISE));
+    const lanes least =
+        spread(PERP__CERTAIN * PERP__BATCH_LARGE * perp__power_of_two(-PERP__NOISE));
     truth one_part = at_most(least, least);
 
     for (size_t j = 1; j < n; j++) {

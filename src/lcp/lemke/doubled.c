@@ -57,7 +57,7 @@ static void layout(perp__arena *arena, void *object)
 {
     perp__lemke *l = object;
     perp__doubled *d = &l->doubled;
-    const size_t n = (size_t)l->capacity, columns = 2 * n; /* an inversion takes no more than half */
+    const size_t n = (size_t)l->capacity, columns = 2 * n; /* an inversion takes half at most */
 
     if (l->is_sparse)
         perp__lemke_layout_tableau(arena, l);
