@@ -17,7 +17,6 @@
 /* Iterations of each method within which it comes to an answer or hardly ever does: all that is
  * spent, but at accuracy `exact`. There few contacts get all, last resorts as well. */
 #define QUICK 100
-#define FEW 64
 
 double perp__exact_tol(const perp_world *world)
 {
@@ -64,9 +63,9 @@ static perp_status solve_by(perp_world *world, const perp__island *island,
 
     problem->enough = problem->tol;
     problem->tol = SHARPER * problem->enough;
-    problem->brief =
-        thorough ? world->work.count > FEW && !perp__begins_standing(world, island, 0, &carrying)
-                 : (problem->contacts > PERP__FEW_CONTACTS) * (1 + is_exact);
+    problem->brief = thorough ? world->work.count > perp__level_of(world)->few &&
+                                    !perp__begins_standing(world, island, 0, &carrying)
+                              : (problem->contacts > PERP__FEW_CONTACTS) * (1 + is_exact);
     if (!thorough && (limit == 0 || limit > QUICK))
         problem->max_iterations = QUICK;
     status = perp__rigid_solve(world->solver, answer, problem);

@@ -93,8 +93,9 @@ static int32_t find_hits(perp_world *world, const perp__island *island, double h
         const double speed = sqrt(fmax(u * u - 2.0 * forced / h * gap, 0.0));
 
         if (!(work->impulse[3 * i] > 0.0) ||
-            !(speed > slow * perp__forced_speed(world, i, island->bodies, lies) +
-                          PERP__STILL * perp__normal_terms(world, i, work->now, island->bodies)))
+            !(speed >
+              slow * perp__forced_speed(world, i, island->bodies, lies) +
+                  PERP__NEGLIGIBLE * perp__normal_terms(world, i, work->now, island->bodies)))
             continue;
         work->hit[work->chosen[i]] = 1;
         hits++;
@@ -156,7 +157,7 @@ static int32_t lasts(const perp_world *world, const perp__island *island, double
             continue;
         terms = perp__normal_terms(world, i, work->now, island->bodies) +
                 perp__normal_terms(world, i, work->gain, island->bodies);
-        if (way > tol * terms || fabs(work->came[i]) > fmax(PERP__STILL, tol) * terms)
+        if (way > tol * terms || fabs(work->came[i]) > fmax(PERP__NEGLIGIBLE, tol) * terms)
             return 0;
     }
     return perp__limits_last(world);
