@@ -19,9 +19,7 @@
 #include "lcp/pgs/sweep.h"
 
 /* Stagnation is of 2 n sweeps at least: news travels against the sweep's direction by one row a
- * sweep, and a residual may be flat until it has arrived. The default limit is less where sweeps
- * would touch more entries than these. */
-#define ENTRIES_MOST 1e10
+ * sweep, and a residual may be flat until it has arrived. */
 
 #define SWEEPS_BETWEEN_LOOKS 10 /* at the residual, and at the active set */
 
@@ -347,7 +345,7 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
     const double entries =
         problem->M->column_starts ? problem->M->column_starts[problem->n] : n * n;
     const double most =
-        fmin(fmax(ENTRIES_MOST / (entries + 1.0), PERP__SWEEPS_LEAST), PERP__SWEEPS_MOST);
+        fmin(fmax(PERP__ENTRIES_MOST / (entries + 1.0), PERP__SWEEPS_LEAST), PERP__SWEEPS_MOST);
     const int64_t limit = problem->iteration_limit > 0 ? problem->iteration_limit : (int64_t)most;
     const size_t bytes = (size_t)problem->n * sizeof(double);
     pgs_progress *progress = &work->progress;
