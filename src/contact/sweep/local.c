@@ -249,7 +249,7 @@ static void slip_both_ways(const perp__two_sided *p, const double *n, const doub
     high = 2.0 * perp__contact_length(c, 0, 2) * (1.0 + p->mu * reach) / (p->mu * length);
     rub(p, high, c, t);
     at_high = p->mu * carry(p, n, t, carried) - perp__contact_length(t, 0, 2);
-    for (int32_t step = 0; step < PERP__SLIP_STEPS && at_high > 0.0; step++) {
+    for (int32_t step = 0; step < 2 * DBL_MANT_DIG && at_high > 0.0; step++) {
         const double l = (low * at_high - high * at_low) / (at_high - at_low);
 
         rub(p, l, c, t);

@@ -26,8 +26,8 @@
 #include "linalg/matrix.h"
 #include "step/impact.h"
 
-/* Impacts of a step: many where a problem is small, one where it is large. */
-#define MOST_IMPACTS 32
+/* Impacts of a step, by the contacts of each: many where a problem is small, one where it is large.
+ */
 #define CONTACTS_IN_ALL 64
 
 /* The least share of restitution that is tried where impacts give energy. */
@@ -485,7 +485,7 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
                                 perp__verdict *verdict)
 {
     const int32_t share = CONTACTS_IN_ALL / (island->contacts > 0 ? island->contacts : 1);
-    const int32_t most = share < 1 ? 1 : share > MOST_IMPACTS ? MOST_IMPACTS : share;
+    const int32_t most = share < 1 ? 1 : share;
     perp__island_work *work = &world->work;
     double left = h;
     int32_t done = 0, hits;

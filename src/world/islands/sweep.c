@@ -25,10 +25,9 @@
 /* Passes for each of settings.substeps. */
 #define PASSES_OF_A_SUBSTEP 4
 
-/* Passes after which it is asked whether the residual is the level's, and rounds of these at most.
- * What a pass does goes on to the next body only, and is little where a light one bears heavy ones:
- * with momentum n passes take a ratio of n^2 or so, from one body to the next. */
-#define PASSES 16
+/* Rounds of passes at most. What a pass does goes on to the next body only, and is little where a
+ * light one bears heavy ones: with momentum n passes take a ratio of n^2 or so, from one body to
+ * the next. */
 #define ROUNDS 6
 
 /* What moves heavily over what moves lightly: a mass, or where turns count the inertia about some
@@ -287,7 +286,7 @@ void perp__pose_sweep(perp_world *world, const perp__island *island, double h,
     pose_rows(world, island, h);
     memset(step, 0, sizeof *step);
     step->h = h;
-    step->passes = substeps > 0 ? PASSES_OF_A_SUBSTEP * substeps : PASSES;
+    step->passes = substeps > 0 ? PASSES_OF_A_SUBSTEP * substeps : PERP__PASSES;
     step->rounds = substeps > 0         ? 1
                    : island->joints > 0 ? ROUNDS
                                         : (int32_t)fmax(ROUNDS, sqrt(mass_ratio(world, island, 0)));
