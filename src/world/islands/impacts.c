@@ -91,11 +91,10 @@ static int32_t find_hits(perp_world *world, const perp__island *island, double h
         const double forced = perp__row_velocity(world, i, 0, work->gain, island->bodies, 0);
         const double gap = work->gap[work->chosen[i]];
         const double speed = sqrt(fmax(u * u - 2.0 * forced / h * gap, 0.0));
+        const double made = perp__forced_speed(world, i, island->bodies, lies);
+        const double terms = perp__normal_terms(world, i, work->now, island->bodies);
 
-        if (!(work->impulse[3 * i] > 0.0) ||
-            !(speed >
-              slow * perp__forced_speed(world, i, island->bodies, lies) +
-                  PERP__NEGLIGIBLE * perp__normal_terms(world, i, work->now, island->bodies)))
+        if (!(work->impulse[3 * i] > 0.0) || !(speed > slow * made + PERP__NEGLIGIBLE * terms))
             continue;
         work->hit[work->chosen[i]] = 1;
         hits++;
