@@ -240,8 +240,7 @@ static perp_status run(perp_contact_solver *solver, const plan_step *step)
             if (ends_the_search(solver) || is_enough(solver) || !(worth.tested <= enough) ||
                 !(worth.own < 1.0) || is_spent(solver, slot))
                 break;
-            solver->problem.tol =
-                fmax(DBL_EPSILON, 0.5 * worth.tested * enough / worth.own);
+            solver->problem.tol = fmax(DBL_EPSILON, 0.5 * worth.tested * enough / worth.own);
             solver->problem.enough = 0.0;
             status = run_once(solver, slot, FROM_BEST, 0, &worth);
         }
