@@ -11,9 +11,6 @@
 /* Contacts that are solved exactly at once; of more, only what that brings to an answer quickly. */
 #define PERP__FEW_CONTACTS 8
 
-/* Iterations of each method within which it comes to an answer or hardly ever does. */
-#define PERP__QUICK 100
-
 /* Passes after which it is asked whether they have come to an answer. */
 #define PERP__PASSES 16
 

@@ -14,6 +14,9 @@
 #define EXACT_TOL 1e-10
 #define SHARPER 1e-2
 
+/* Iterations of each method within which it comes to an answer or hardly ever does. */
+#define QUICK 100
+
 double perp__exact_tol(const perp_world *world)
 {
     return world->settings.tol > 0.0 ? world->settings.tol : EXACT_TOL;
@@ -63,8 +66,8 @@ static perp_status solve_by(perp_world *world, const perp__island *island,
     problem->brief = thorough ? world->work.count > perp__level_of(world)->few &&
                                     !perp__begins_standing(world, island, 0, &carrying)
                               : (problem->contacts > PERP__FEW_CONTACTS) * (1 + is_exact);
-    if (!thorough && (limit == 0 || limit > PERP__QUICK))
-        problem->max_iterations = PERP__QUICK;
+    if (!thorough && (limit == 0 || limit > QUICK))
+        problem->max_iterations = QUICK;
     status = perp__rigid_solve(world->solver, answer, problem);
     problem->max_iterations = limit;
     problem->tol = problem->enough;
