@@ -2,9 +2,10 @@
 #ifndef PERP_BASE_SWEEPS_H
 #define PERP_BASE_SWEEPS_H
 
-/* The default limit; and the least, where so many would touch more numbers than a method allows. */
+/* The default limit; and the least, where so many would touch more numbers than this. */
 #define PERP__SWEEPS_MOST 10000
 #define PERP__SWEEPS_LEAST 200
+#define PERP__ENTRIES_MOST 1e10
 
 /* Stagnation: within a number of them that a method knows, the residual fell to no less than this.
  */

@@ -9,9 +9,6 @@
 
 enum { NEITHER = 0, LOWER = 1, UPPER = 2, BOTH = 3 };
 
-/* How much further off a bound is that an impulse has reached. */
-#define WIDEN 32.0
-
 static double lower_of(const perp_contact_laws *laws, int32_t i)
 {
     return laws->lower ? laws->lower[i] : 0.0;
@@ -364,7 +361,7 @@ int32_t perp__contact_bounded_widen(perp__contact_bounded *own, const double *x,
     for (int32_t i = 0; i < own->count; i++) {
         const int32_t row = own->row[own->rows - own->count + i], kind = kind_of(own, i);
         const int32_t low = own->near_low[i] > own->low[i], high = own->near_high[i] < own->high[i];
-        const double next = fmax(WIDEN * own->reach[i], own->likely[i]);
+        const double next = fmax(PERP__REACH * own->reach[i], own->likely[i]);
         int32_t is_reached;
 
         if (kind == NEITHER || (!low && !high))

@@ -1,5 +1,6 @@
 /* The front door: tries the start, runs the methods of the plan, recomputes every residual, keeps
  * the best point, says what it is worth. */
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -9,19 +10,16 @@
 #include "contact/rigid/rigid.h"
 #include "contact/solver.h"
 
-/* A tested residual from which the active set may be the solution's. */
+/* A tested residual from which the active set may be the solution's, and of small problems the
+ * sweeps after which it may. */
 #define POLISHED 1e-2
+enum { ROUGH_START = 30 };
 
 /* More rows than this are hardly ever polished. */
 enum { POLISHED_ROWS = 60 };
 
-/* Of small problems: the residual and the sweeps after which modes may be the solution's. */
-#define ROUGH_TOL 1e-3
-enum { ROUGH_START = 30 };
-
-/* How often sweeps are sent for more, and the least that they are sent for. */
+/* How often sweeps are sent for more. */
 enum { SHARPER = 3 };
-#define LEAST_TOL 1e-15
 
 /* Where a step of the plan starts from. */
 enum origin { FROM_BEST, FROM_LAST };
@@ -41,9 +39,6 @@ enum { POLYHEDRA = 6, PLAN_MOST = 2 * POLYHEDRA + 3, BRIEF = 2 };
  * for large ones of balls. Rows of contacts up to which pivots are tried, and how many of them
  * where they come first. */
 enum { FIRST_SWEEPS = 400, LEMKE_MOST = 600, FIRST_PIVOTS = 2 * LEMKE_MOST };
-
-/* Sweeps after which what comes to rest shows: statics/rest.c. */
-enum { FIRST_LOOK = 10 };
 
 static perp__contact_slot *slot_of(perp_contact_solver *solver, int32_t method)
 {
@@ -175,7 +170,8 @@ static perp_status look_at_rest(perp_contact_solver *solver)
     solver->running = PERP_CONTACT_METHOD_SWEEP;
     solver->problem.leads = 1;
     solver->problem.chosen = 0;
-    for (int32_t sweeps = FIRST_LOOK; sweeps < FIRST_SWEEPS && status == PERP_OK; sweeps *= 4) {
+    for (int32_t sweeps = PERP__FIRST_LOOK; sweeps < FIRST_SWEEPS && status == PERP_OK;
+         sweeps *= 4) {
         if (ends_the_search(solver) || !perp__contact_may_rest(solver) ||
             (most > 0 && slot->spent + 4 * sweeps > most))
             break;
@@ -244,7 +240,7 @@ static perp_status run(perp_contact_solver *solver, const plan_step *step)
             if (ends_the_search(solver) || is_enough(solver) || !(worth.tested <= enough) ||
                 !(worth.own < 1.0) || is_spent(solver, slot))
                 break;
-            solver->problem.tol = fmax(LEAST_TOL, 0.5 * worth.tested * enough / worth.own);
+            solver->problem.tol = fmax(DBL_EPSILON, 0.5 * worth.tested * enough / worth.own);
             solver->problem.enough = 0.0;
             status = run_once(solver, slot, FROM_BEST, 0, &worth);
         }
@@ -344,7 +340,7 @@ static perp_status try_start(perp_contact_solver *solver)
             begin(solver, sweep, &iterate);
             iterate.warm = iterate.given;
             solver->running = PERP_CONTACT_METHOD_SWEEP;
-            solver->problem.tol = ROUGH_TOL;
+            solver->problem.tol = POLISHED;
             solver->problem.iteration_limit = ROUGH_START;
             status = sweep->method->solve(sweep->space.work, &iterate);
             solver->problem.tol = solver->settings.tol;
@@ -422,15 +418,13 @@ static perp_status search(perp_contact_solver *solver)
     return status == PERP_OK ? check_abort(solver) : status;
 }
 
-/* Beside what the largest free velocity of its part would take to stop, how far an impulse is
- * likely to reach. */
-#define REACH 16.0
-
+/* How far an impulse is likely to reach, beside what the largest free velocity of its part would
+ * take to stop. */
 static void find_reach(const perp_contact_solver *solver, double *reach)
 {
     for (int32_t i = 0; i < solver->bounded.count; i++) {
         const int32_t k = solver->bounded.contact_of[i];
-        const double drive = k < 0 ? 0.0 : REACH * solver->drive[solver->part[k]];
+        const double drive = k < 0 ? 0.0 : PERP__REACH * solver->drive[solver->part[k]];
 
         reach[i] = drive > 0.0 ? drive / solver->root[k] : 0.0;
     }

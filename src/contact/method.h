@@ -16,6 +16,7 @@
 
 #include "base/arena.h"
 #include "base/clock.h"
+#include "contact/tuning.h"
 #include "linalg/matrix.h"
 
 struct perp__bodies; /* contact/bodies/bodies.h */

@@ -23,9 +23,6 @@
 #include "linalg/blas.h"
 #include "patterns/patterns.h"
 
-/* Added to the diagonal of K, in units in which traces are 1, before it is factored. */
-#define REGULAR 1e-10
-
 /* Of tol: what in plain doubles is enough before the verdict. */
 #define ENOUGH 1e-3
 
@@ -246,7 +243,7 @@ static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p)
             return step > 0;
 
         /* 2. The step; a proximal one of a set that contradicts itself. */
-        if (!factor(p, REGULAR))
+        if (!factor(p, PERP__REGULAR))
             return 0;
         solve_step(p);
         p->is_soft = p->enough > 0.0 && !(perp__largest_or_nan(p->step, p->n) <= FAR);

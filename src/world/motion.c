@@ -6,9 +6,6 @@
 
 #include "linalg/spatial.h"
 
-/* Newton's method on three equations that are quadratic: quadratic convergence from the start. */
-#define MAX_NEWTON_STEPS 40
-
 void perp__rotation_of(const perp_world *world, const perp__state *state, double *R)
 {
     double c, s;
@@ -113,7 +110,7 @@ void perp__euler_step(const perp__body *body, double h, const double *w, const d
     perp__add3(w_next, h, change);
     if (body->spherical || (perp__is_zero3(w) && perp__is_zero3(torque)))
         return;
-    for (int32_t k = 0; k < MAX_NEWTON_STEPS; k++) {
+    for (int32_t k = 0; k < DBL_MANT_DIG; k++) { /* what halves comes to rounding */
         size = newton_step(body->inertia, h, w, torque, w_next);
         if (!(size >= 0.0) || (size <= PERP__SUM_ROUNDING && size >= 0.5 * previous))
             break; /* singular, not a number, or down to rounding */

@@ -15,10 +15,8 @@
 #include "world/islands/standing.h"
 #include "world/joints/joints.h"
 
-/* Iterations of a method for the ways, and passes of what has joints; and contacts beyond which
- * sweeps alone are made: what is left of an overlap comes again. */
+/* Iterations of a method for the ways: what is left of an overlap comes again. */
 #define ITERATIONS 50
-#define MANY 16
 
 /* How far a point may be moved, in overlaps. */
 #define LONGEST_WAY 8.0
@@ -235,11 +233,12 @@ static perp_status solve_shifts(perp_world *world, const perp__island *island, i
     perp__receive(world, &answer);
     problem.warm = NULL;
     problem.cone = 0;
-    problem.method = island->contacts > MANY ? PERP_CONTACT_METHOD_SWEEP : PERP_CONTACT_METHOD_AUTO;
+    problem.method = island->contacts > 2 * PERP__FEW_CONTACTS ? PERP_CONTACT_METHOD_SWEEP
+                                                               : PERP_CONTACT_METHOD_AUTO;
     if (problem.max_iterations == 0 || problem.max_iterations > ITERATIONS)
         problem.max_iterations = ITERATIONS;
     problem.holds = 1;
-    step.passes = problem.contacts > 0 ? MANY : 1;
+    step.passes = problem.contacts > 0 ? PERP__PASSES : 1;
     if (island->joints == 0) {
         status = perp__rigid_solve(world->solver, &answer, &problem);
     } else { /* ways that passes come to: what they leave of an overlap comes again */

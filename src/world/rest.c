@@ -16,9 +16,6 @@
 
 enum { NONE = -1 };
 
-/* More than these are not sorted, but found anew. */
-#define MANY_ROUSED 256
-
 /* ---- waking ---- */
 
 static void enlist(perp_world *world, int32_t body)
@@ -90,31 +87,16 @@ void perp__disturb(perp_world *world, int32_t body)
 
 /* ---- the list of those awake ---- */
 
-/* Sorts the roused, and merges them from the end. */
-static void merge_roused(perp_world *world)
-{
-    int32_t *list = world->awake, roused[MANY_ROUSED];
-    int32_t i, k, to = world->awake_count + world->roused_count;
-
-    for (i = 0; i < world->roused_count; i++) {
-        const int32_t body = list[world->awake_count + i];
-
-        for (k = i; k > 0 && roused[k - 1] > body; k--)
-            roused[k] = roused[k - 1];
-        roused[k] = body;
-    }
-    for (i = world->awake_count - 1, k = world->roused_count - 1; k >= 0;)
-        list[--to] = i >= 0 && list[i] > roused[k] ? list[i--] : roused[k--];
-    world->awake_count += world->roused_count;
-}
-
 void perp__list_awake(perp_world *world)
 {
     int32_t count = 0;
+    const int32_t all = world->awake_count + world->roused_count;
 
-    if (world->roused_count <= MANY_ROUSED) {
-        merge_roused(world);
-    } else { /* from all slots */
+    /* the roused move past each of the others, or all slots are gone through */
+    if ((int64_t)world->roused_count * all <= world->body_slots) {
+        world->awake_count = all;
+        perp__sort_few(world->awake, all);
+    } else {
         world->awake_count = 0;
         for (int32_t i = 0; i < world->body_slots; i++) {
             world->bodies[i].awake = world->bodies[i].awake && world->bodies[i].alive;

@@ -14,9 +14,6 @@
 
 PERP__INIT(perp_world_load)
 
-/* Of the time in which forces take a body as far as its size. */
-#define SHORT 1e-3
-
 typedef struct question {
     perp_world *world;
     perp__statics_aim aim;
@@ -233,7 +230,7 @@ static perp_status ask(question *q)
         if (force > 0.0 && length > 0.0)
             least = fmin(least, sqrt(length * world->bodies[i].mass / force));
     }
-    q->h = least < INFINITY ? SHORT * least : 1.0;
+    q->h = least < INFINITY ? sqrt(PERP__NEGLIGIBLE) * least : 1.0;
     perp__rouse_all(world);
     perp__open_budget(world);
     do

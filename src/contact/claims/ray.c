@@ -24,9 +24,8 @@
 /* Most rows of N: it is dense. */
 enum { MOST = 3000 };
 
-/* Beside D: what makes N regular, and what makes the block that is refined so. */
+/* Beside D: what makes N regular. */
 #define SOFT 1e-7
-#define REGULAR 1e-12
 
 /* Of the largest: what takes part. Impulses on rows that don't are of order eps beside it. */
 #define TAKES_PART 1e-4
@@ -238,7 +237,7 @@ static perp_status search_softened(perp_contact_solver *solver)
         for (int32_t i = 0; i < own->count; i++)
             own->K[(size_t)i + (size_t)j * (size_t)own->count] =
                 own->M[(size_t)own->active[i] + (size_t)own->active[j] * n] *
-                (i == j ? 1.0 + REGULAR : 1.0);
+                (i == j ? 1.0 + PERP__REGULAR : 1.0);
     if (own->count == 0 || perp__lu_factor(own->count, own->K, own->count, own->pivots) != 0)
         return status;
 

@@ -4,12 +4,9 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "contact/tuning.h"
 #include "linalg/lanes/multiversion.h"
 #include "linalg/matrix.h"
-
-/* On a unit diagonal, between rounding, which a factor of 1 / RIDGE makes larger, and what the next
- * pass has to make up for: eps^(5/6). */
-#define RIDGE 0x1p-43
 
 static void lay_out_rows(perp__arena *arena, void *object)
 {
@@ -81,7 +78,7 @@ static void form_nodes(perp__joint_block *b)
 perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context,
                                      const perp__rigid_problem *problem)
 {
-    double ridge = RIDGE;
+    double ridge = PERP__RIDGE;
     int32_t rows = 0;
     size_t size;
     perp_status status;

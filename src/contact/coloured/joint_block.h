@@ -8,8 +8,8 @@
  *
  * is their exact answer to what contacts do at the moment: one more block in Gauss-Seidel's order.
  * Whatever the passes leave of the contacts, the joints' velocities are met to rounding. Rows that
- * say the same leave K singular; it gets RIDGE on its unit diagonal, and what that leaves of e the
- * next pass takes away. */
+ * say the same leave K singular; it gets PERP__RIDGE on its unit diagonal, and what that leaves of
+ * e the next pass takes away. */
 #ifndef PERP_CONTACT_JOINT_BLOCK_H
 #define PERP_CONTACT_JOINT_BLOCK_H
 

@@ -1,5 +1,6 @@
 #include "contact/dynamics/dynamics.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -12,9 +13,6 @@
 /* Columns of W that are solved for at a time, and velocities up to which M's factor is inverted. */
 enum { BLOCK = 32, INVERTED_MOST = 32 };
 
-/* Of sqrt(M_ii M_jj): mass matrices from the field are symmetric to rounding. */
-#define SYMMETRIC 1e-8
-
 /* ---- checks of what a caller hands over ---- */
 
 static perp_status read_mass(perp_context *context, perp__dynamics *own,
@@ -22,6 +20,8 @@ static perp_status read_mass(perp_context *context, perp__dynamics *own,
 {
     const perp__matrix *M = &own->M;
     perp__cursor c;
+    const double half =
+        sqrt(DBL_EPSILON); /* of the digits: matrices from the field are symmetric */
     perp_status status;
 
     if (!dynamics->M == !dynamics->solve)
@@ -45,7 +45,7 @@ static perp_status read_mass(perp_context *context, perp__dynamics *own,
 
         if (c.value != mirrored &&
             !(fabs(c.value - mirrored) <=
-              SYMMETRIC * sqrt(perp__entry(M, c.i, c.i)) * sqrt(perp__entry(M, c.j, c.j))))
+              half * sqrt(perp__entry(M, c.i, c.i)) * sqrt(perp__entry(M, c.j, c.j))))
             return perp__refuse(context, "M(%d,%d) is %g but M(%d,%d) is %g: M is not symmetric",
                                 (int)c.i, (int)c.j, c.value, (int)c.j, (int)c.i, mirrored);
     }

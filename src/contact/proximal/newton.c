@@ -7,6 +7,7 @@
  * P(r - rho (u + J v)), and rho grows where few steps were needed: near a solution u is small, and
  * so is what rho makes of its rounding. Where the steps fail, as F is no gradient, rho is less: a
  * softer centre is nearer. */
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -14,8 +15,7 @@
 #include "contact/proximal/proximal.h"
 
 #define MOST_RHO 1e13
-#define REFINED 1e4    /* rho from which on solutions are refined */
-#define ROUNDING 4e-16 /* |F| that is, over |r| */
+#define REFINED 1e4 /* rho from which on solutions are refined */
 #define SLOW 0.7
 #define WORSE 3.0
 
@@ -54,7 +54,7 @@ static int32_t solve_centre(perp__proximal *s, const perp__proximal_part *part, 
 {
     const int32_t begin = part->block * s->width, end = part->last_block * s->width;
     const double length_x = perp__contact_length(s->x, part->row, part->last_row);
-    const double enough = fmax(ROUNDING * (1.0 + length_x), 0.1 * fmin(s->residual, 1.0));
+    const double enough = fmax(2.0 * DBL_EPSILON * (1.0 + length_x), 0.1 * fmin(s->residual, 1.0));
     double size;
     int32_t slow = 0;
 

@@ -11,6 +11,7 @@
  * One factorisation for all sweeps. */
 #include "contact/proximal/proximal.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -20,16 +21,14 @@
 #include "contact/law.h"
 
 /* Stiffness of the sweeps that Newton's method starts from, and of its first centre. */
-#define SOFT_RHO 3.0
 #define FIRST_RHO 10.0
 #define SECOND_RHO 30.0
 #define CENTRE_RHO 100.0
 #define WARM_RHO 1e3
 
-/* Who asks for less than the former, or for this method, has what a few more steps give, down to
- * the latter. */
+/* Who asks for less than this, or for this method, has what a few more steps give, down to
+ * rounding. */
 #define SHARP 1e-9
-#define ROUNDING 1e-15
 
 enum {
     SWEEPS = 30,
@@ -135,7 +134,7 @@ static void run_part(perp__proximal *s, const perp__proximal_part *part,
                      perp__contact_iterate *iterate)
 {
     /* the stiffness that does best differs from pile to pile */
-    static const double rho[] = {FIRST_RHO, SECOND_RHO, FIRST_RHO, SOFT_RHO};
+    static const double rho[] = {FIRST_RHO, SECOND_RHO, FIRST_RHO, 1.0};
     const perp__contact_problem *problem = s->common.problem;
     const int32_t steps = part->last_row - part->row > MANY ? FEW_STEPS : MORE_STEPS;
     const int32_t patience = problem->chosen ? steps : FEW_STEPS, newton = !s->splits;
@@ -187,7 +186,7 @@ static perp_status solve(void *work, perp__contact_iterate *iterate, int32_t spl
                                             : INT64_MAX;
     s->factorisations = s->sweeps = 0;
     s->tol = fmax(problem->tol, problem->enough);
-    s->aim = s->tol < SHARP || problem->chosen ? fmin(s->tol, ROUNDING) : s->tol;
+    s->aim = s->tol < SHARP || problem->chosen ? fmin(s->tol, DBL_EPSILON) : s->tol;
     s->outcome = -1;
     iterate->residual = 0.0;
     for (int32_t p = 0; p < s->parts && status == PERP_OK; p++) {

@@ -16,7 +16,6 @@
 /* A pivot beside its diagonal entry that is none: its coordinate is one that nothing pushes, or a
  * combination of others, and stays 0. Margins of 1e-13 have pivots of 1e-26. */
 #define NONE 1e-27
-#define ENDLESS 1e100
 
 typedef perp__pair pair;
 
@@ -184,7 +183,7 @@ int32_t perp__statics_factor_doubled(perp__statics *s)
                 sum = less(sum, Li[k], Lj[k]);
             Li[j] = j < i                    ? ratio(sum, Lj[j])
                     : sum.high > NONE * size ? root(sum)
-                                             : single(ENDLESS);
+                                             : single(1.0 / NONE);
         }
         if (!isfinite(Li[i].high))
             return 0;

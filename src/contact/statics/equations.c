@@ -7,12 +7,9 @@
 #include "base/context.h"
 #include "base/sort.h"
 #include "contact/statics/interior.h"
+#include "contact/tuning.h"
 #include "linalg/doubled.h"
 #include "linalg/lanes/lanes.h"
-
-/* Added to the diagonal of K beside its own size: redundant rows and coordinates that nothing
- * pushes have no pivot of their own. Refinement takes it out again. */
-#define SHIFT 1e-13
 
 /* Neighbours of each node, sorted. */
 static void list_neighbours(perp__statics *s, const int32_t *unit_starts, const int32_t *units,
@@ -175,7 +172,7 @@ int32_t perp__statics_factor(perp__statics *s)
             double *entry = diagonal_of(s, node, i);
             const double size = *entry, own = reach[i] > least ? size : 0.0;
 
-            *entry += SHIFT * (own > 0.0 ? own : most > 0.0 ? most : 1.0);
+            *entry += PERP__RIDGE * (own > 0.0 ? own : most > 0.0 ? most : 1.0);
             s->shift[node * width + i] = *entry - size;
         }
     }

@@ -11,9 +11,9 @@
 /* The share of what forces alone make of the largest relative velocity up to which many bodies are
  * asked. After the first sweeps (contact.c) what comes to rest has .02 to .18 of it left in piles
  * of 10 to 250 bodies, what was hit .24 to 1. Few are asked always: where n^3 / 3 products of a
- * dense factor are no more than those sweeps make, 10 times a row's 12 numbers, read and pushed. */
+ * dense factor are no more than those sweeps make, each a row's 12 numbers, read and pushed. */
 #define SLOW 0.2
-#define SWEPT (10.0 * 2.0 * 12.0)
+#define SWEPT (PERP__FIRST_LOOK * 2.0 * 12.0)
 
 int32_t perp__contact_may_rest(const perp_contact_solver *s)
 {

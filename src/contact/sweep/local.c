@@ -3,11 +3,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/rounding.h"
 #include "contact/law.h"
 #include "contact/sweep/local_step.h"
-
-/* What a diagonal, or a pivot, is lifted to, of the trace. */
-#define LEAST 1e-14
 
 /* Turns [[p, o], [o, q]], or p alone, to where it is diagonal. */
 static void set_tangents(perp__local *local, int32_t tangents, double p, double o, double q,
@@ -49,7 +47,7 @@ void perp__local_make(perp__local *local, int32_t dim, const double *W, int32_t 
             S[i][j] = 0.5 * W[i * stride + j] + 0.5 * W[j * stride + i];
         trace += S[i][i];
     }
-    least = trace > 0.0 ? LEAST * trace : 1.0;
+    least = trace > 0.0 ? PERP__SUM_ROUNDING * trace : 1.0; /* of a diagonal or pivot */
     normal = fmax(S[0][0], least);
     local->inverse_normal = 1.0 / normal;
     if (dim == 1)
@@ -70,7 +68,7 @@ void perp__local_make_disc(perp__local *local, int32_t dim, const double *W, int
 
     begin(local, dim, 1.0); /* of a pressure that is the radius */
     set_tangents(local, dim, W[0], dim == 2 ? 0.5 * W[1] + 0.5 * W[stride] : 0.0, second,
-                 trace > 0.0 ? LEAST * trace : 1.0);
+                 trace > 0.0 ? PERP__SUM_ROUNDING * trace : 1.0);
 }
 
 static void turn(const double t[2], const double *from, double *to)
@@ -175,7 +173,7 @@ void perp__two_sided_make(perp__two_sided *p, int32_t normals, int32_t tangents,
             symmetric[i][j] = 0.5 * W[i * rows + j] + 0.5 * W[j * rows + i];
         trace += symmetric[i][i];
     }
-    least = trace > 0.0 ? LEAST * trace : 1.0;
+    least = trace > 0.0 ? PERP__SUM_ROUNDING * trace : 1.0; /* of a diagonal or pivot */
     for (int32_t i = 0; i < normals; i++) {
         memcpy(K[i], symmetric[i], (size_t)rows * sizeof(double));
         K[i][rows + i] = 1.0;
@@ -251,12 +249,12 @@ static void slip_both_ways(const perp__two_sided *p, const double *n, const doub
     high = 2.0 * perp__contact_length(c, 0, 2) * (1.0 + p->mu * reach) / (p->mu * length);
     rub(p, high, c, t);
     at_high = p->mu * carry(p, n, t, carried) - perp__contact_length(t, 0, 2);
-    for (int32_t step = 0; step < PERP__SLIP_STEPS && at_high > 0.0; step++) {
+    for (int32_t step = 0; step < 2 * DBL_MANT_DIG && at_high > 0.0; step++) {
         const double l = (low * at_high - high * at_low) / (at_high - at_low);
 
         rub(p, l, c, t);
         excess = p->mu * carry(p, n, t, carried) - perp__contact_length(t, 0, 2);
-        if (fabs(excess) <= PERP__SLIP_ACCURACY * p->mu * length || !(l > low && l < high))
+        if (fabs(excess) <= 2.0 * DBL_EPSILON * p->mu * length || !(l > low && l < high))
             return;
         if (excess < 0.0) {
             low = l;

@@ -2,15 +2,13 @@
 #ifndef PERP_CONTACT_LOCAL_STEP_H
 #define PERP_CONTACT_LOCAL_STEP_H
 
+#include <float.h>
 #include <math.h>
 
 #include <perp/contact.h>
 
 #include "contact/sweep/local.h"
 #include "linalg/lanes/multiversion.h"
-
-#define PERP__SLIP_ACCURACY 5e-16
-#define PERP__SLIP_STEPS 100
 
 /* Newton's method, near: the next step squares this error. */
 #define PERP__NEAR 1e-4
@@ -41,7 +39,7 @@ PERP__KERNEL static double perp__slip(perp__local *local, double z, const double
         length = sqrt(r[0] * r[0] + r[1] * r[1]);
         normal = z - (a[0] * r[0] + a[1] * r[1]);
         excess = mu * normal - length;
-        if (fabs(excess) <= PERP__SLIP_ACCURACY * (length + mu * z) || step == PERP__SLIP_STEPS)
+        if (fabs(excess) <= 2.0 * DBL_EPSILON * (length + mu * z) || step == 2 * DBL_MANT_DIG)
             break;
         if (excess < 0.0)
             low = x;

@@ -1,5 +1,6 @@
 /* One constraint of a sweep; sweeps in the space of bodies, u_k = P_k y + q_k, y += P_k' dr, and
  * over the rows of W, which is used as given; and the tested residual. */
+#include <float.h>
 #include <math.h>
 
 #include "contact/law.h"
@@ -8,7 +9,6 @@
 #include "linalg/lanes/loops.h"
 
 /* Contacts that roll or spin go round their parts until they agree to so much of a first step. */
-#define ROUNDS_MOST 30
 #define ROUNDS_ACCURACY 1e-3
 
 /* One part's step: r[from ..] was `old` before, and u follows W within the contact. Returns the
@@ -38,7 +38,7 @@ static int32_t step_with_discs(perp__sweep_work *work, int32_t k, double *u, dou
     double first = 0.0, old[3];
     int32_t mode = PERP_CONTACT_SEPARATE;
 
-    for (int32_t round = 0; round < ROUNDS_MOST; round++) {
+    for (int32_t round = 0; round < DBL_MANT_DIG; round++) {
         double change;
         int32_t row = dim;
 

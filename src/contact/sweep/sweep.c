@@ -15,19 +15,12 @@
 
 #include "base/sweeps.h"
 
-/* The default limit is less where sweeps make more visits than these. */
-#define VISITS_MOST 1e9
-
 /* Sweeps in which the smallest change has to fall. */
 #define STAGNATION_SWEEPS 500
 
-/* The rate is looked at after so many sweeps, and whenever they have doubled; what is slow by then
- * may still come to an end before so many, which are cheap beside what follows. */
-#define FIRST_LOOK 10
+/* The rate is looked at first early, and then whenever the sweeps have doubled; what is slow by
+ * then may still come to an end before so many, which are cheap beside what follows. */
 #define PATIENCE 160
-
-/* The residual is looked at again after so many sweeps. */
-#define SWEEPS_BETWEEN_TESTS 5
 
 static perp_status check(const perp__contact_problem *problem)
 {
@@ -62,7 +55,7 @@ static int32_t is_solved(perp__sweep_work *work, double change)
     const double tol = work->common.problem->tol;
     double residual;
 
-    if (!(change <= work->share * tol) || work->sweeps < work->next_test)
+    if (!(change <= work->share * tol))
         return 0;
     perp__sweep_export(work, work->r);
     residual = perp__sweep_residual(work, work->x, work->u);
@@ -70,8 +63,7 @@ static int32_t is_solved(perp__sweep_work *work, double change)
         work->residual = residual;
         return 1;
     }
-    work->next_test = work->sweeps + SWEEPS_BETWEEN_TESTS;
-    work->share = fmax(1e-3, fmin(0.9 * work->share, change / residual));
+    work->share = fmax(1e-3, fmin(0.5 * work->share, change / residual));
     return 0;
 }
 
@@ -107,9 +99,9 @@ static void start(perp__sweep_work *work, perp__contact_iterate *iterate)
     memset(work->modes, 0, (size_t)problem->contacts * sizeof *work->modes);
     work->least = work->least_before = work->remembered = work->residual = INFINITY;
     work->looked[0] = work->looked[1] = INFINITY;
-    work->next_look = FIRST_LOOK;
+    work->next_look = PERP__FIRST_LOOK;
     work->share = 1.0;
-    work->sweeps = work->next_test = 0;
+    work->sweeps = 0;
 }
 
 /* The better of the last r and the remembered one. */
@@ -142,7 +134,9 @@ static perp_status solve(void *object, perp__contact_iterate *iterate)
 {
     perp__sweep_work *work = object;
     const perp__contact_problem *problem = work->common.problem;
-    const double affordable = fmin(VISITS_MOST / (work->constraints + 1.0), PERP__SWEEPS_MOST);
+    const double entries =
+        12.0 * (work->constraints + 1.0); /* a normal's, of two bodies, at least */
+    const double affordable = fmin(PERP__ENTRIES_MOST / entries, PERP__SWEEPS_MOST);
     const int64_t limit = problem->iteration_limit > 0
                               ? problem->iteration_limit
                               : (int64_t)fmax(affordable, PERP__SWEEPS_LEAST);

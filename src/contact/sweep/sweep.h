@@ -50,7 +50,7 @@ typedef struct perp__sweep_work {
     int8_t *packs;                /* contacts: is packed */
     perp__packed_contact *packed; /* contacts; NULL where there are no bodies of width 3 or 6 */
     perp__mixing mixing;
-    int64_t sweeps, next_test;  /* done; the one from when on the residual is computed again */
+    int64_t sweeps;             /* done */
     double least, least_before; /* change; and at the end of the last window */
     double looked[2];           /* and when its rate was looked at, the last time and before */
     int64_t next_look;

@@ -6,9 +6,6 @@
 #include "linalg/lanes/multiversion.h"
 #include "linalg/spatial.h"
 
-/* An axis takes over from one preferred only where it is better by this share of the size. */
-#define BIAS 1e-6
-
 static double half_width(const perp__placed *box, const double *normal)
 {
     const double *R = box->rotation, *half = box->geometry->half_extents;
@@ -193,7 +190,8 @@ static void close_later(const perp__axes *axes, const double *gate, int32_t from
 int32_t perp__last_to_close(const perp__placed *a, const perp__placed *b, const perp__axes *axes,
                             const double *gate)
 {
-    const double bias = BIAS * perp__lesser(perp__size_of(a), perp__size_of(b));
+    /* by what an axis has to be better than one preferred: as axes that count as one may be */
+    const double bias = PERP__PARALLEL * perp__lesser(perp__size_of(a), perp__size_of(b));
     const int32_t smaller = perp__box_is_smaller(a, b);
     const int32_t first = smaller ? axes->faces[0] : 0, end = first + axes->faces[smaller];
     double most = -INFINITY;

@@ -31,6 +31,15 @@ typedef struct perp__point {
     int32_t feature;    /* tells the points of one pair apart, stable from step to step */
 } perp__point;
 
+/* Beside sizes or terms, a length or a velocity that counts as none: shapes touch, a corner stands
+ * on a face, points lie in one plane. Corners of boxes that were turned are coplanar to 1e-15, and
+ * resting bodies drift by less. */
+#define PERP__NEGLIGIBLE 1e-9
+
+/* Beside the size of what touches: a gap or an overlap that is little. Such points take part from
+ * the start, and such overlaps are left as they are. */
+#define PERP__NEAR 1e-3
+
 /* No pair makes more points: of faces that have more corners in common some are left out. */
 #define PERP__MAX_POINTS 64
 

@@ -25,11 +25,6 @@
 /* After so many, which one corner that stays and another that comes down can need for next to no
  * way, the end of the stretch is looked at, and the closing found from both sides. */
 #define MANY_LOOKS 16
-#define HALVINGS 12
-
-/* How far the way of a ball may bend between two looks, in terms of the smaller shape. */
-#define BEND 1e-3
-#define MAX_REFINEMENTS 20
 
 void perp__moved(const perp__moving *shape, double t, perp__placed *placed)
 {
@@ -304,22 +299,16 @@ static double look_at(course *on, double t)
 }
 
 /* The time between `open` and `closed` at which the last axis closes: false position, halved where
- * one end stays (the Illinois rule). Where what the last axis lacks has a kink between the two,
- * some halvings come first. */
-static double find_closing(course *on, double open, double closed, int halvings)
+ * one end stays (the Illinois rule). */
+static double find_closing(course *on, double open, double closed)
 {
     double at_open, at_closed, deep;
     int side = 0; /* that came last */
-    for (int look = 0; look < halvings; look++) {
-        const double t = 0.5 * (open + closed);
-
-        *(look_at(on, t) > 0.0 ? &open : &closed) = t;
-    }
     at_open = look_at(on, open);
     if (at_open <= 0.0) /* in each other from the start */
         return open;
     at_closed = deep = look_at(on, closed);
-    for (int look = 0; look < MAX_REFINEMENTS && deep < -on->near->rounding; look++) {
+    for (int look = 0; look < DBL_MANT_DIG && deep < -on->near->rounding; look++) {
         double t = open + (closed - open) * (at_open / (at_open - at_closed));
         double lacks = look_at(on, t);
         if (lacks > 0.0) {
@@ -388,7 +377,7 @@ static int32_t collide_along_axes(const perp__moving *a, const perp__moving *b, 
     const double displacement = perp__relative_displacement(a, b);
     /* what passes a round shape closely comes nearer by half in each look */
     const double still_share =
-        perp__are_boxes(a->start, b->start, planar) ? 1e-9 : 4.0 * DBL_EPSILON;
+        perp__are_boxes(a->start, b->start, planar) ? PERP__NEGLIGIBLE : 4.0 * DBL_EPSILON;
     double t = 0.0, lacks = -INFINITY, due = INFINITY, free = 0.0;
     int32_t met = 0, ends;
     double between[3], bend; /* half of what the rate of a separation may change by in the step */
@@ -424,11 +413,11 @@ static int32_t collide_along_axes(const perp__moving *a, const perp__moving *b, 
         lacks = look_at(&on, t);
         met = still || lacks <= near->rounding;
         if (met && angle > 0.0 && lacks < -near->rounding) {
-            t = find_closing(&on, last, t, 0);
+            t = find_closing(&on, last, t);
         } else if (!met && look % MANY_LOOKS == MANY_LOOKS - 1) {
             met = look_at(&on, end) < -near->rounding;
             if (met)
-                t = find_closing(&on, t, end, HALVINGS);
+                t = find_closing(&on, t, end);
             else
                 look_at(&on, t);
         }
@@ -498,7 +487,7 @@ static int32_t collide_ball(const perp__moving *a, const perp__moving *b, int32_
     /* 2. the share of the step in which the ball's way in the frame of the box leaves its chord by
      * little: c = R' (d + t x) bends by (2 |turn| |x| + |turn|^2 |d|) / 8 */
     double bend = 0.125 * turn * (2.0 * displacement + turn * (sum(from) + displacement));
-    double least = BEND * fmin(a->reach, b->reach), stride = 1.0;
+    double least = PERP__NEAR * fmin(a->reach, b->reach), stride = 1.0;
     if (boxed)
         stride = fmax(bend > least ? sqrt(least / bend) : 1.0, 1.0 / PERP__MAX_LOOKS);
 

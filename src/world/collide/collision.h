@@ -119,10 +119,6 @@ static inline int32_t perp__is_same_way(double cosine)
  * still. */
 #define PERP__FLAT 1e-3
 
-/* A corner this little beside a face, in terms of the size, still stands on it. Resting bodies
- * drift by less. */
-#define PERP__ON_FACE 1e-9
-
 /* Boxes in space: 3 faces each and 9 products of edges; boxes whose axes are parallel have the 6
  * faces alone. A face axis is that of either side. */
 #define PERP__BOX_AXES 15

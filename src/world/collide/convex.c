@@ -273,7 +273,7 @@ void perp__convex_closest(const perp__convex_pair *pair, perp__closest *closest)
 
             /* of equal distances that of parallel edges: the others end where these lie beside each
              * other */
-            const double counts = distance - (parallel ? PERP__ON_FACE * pair->size : 0.0);
+            const double counts = distance - (parallel ? PERP__NEGLIGIBLE * pair->size : 0.0);
             if (!(counts < least))
                 continue;
             least = counts;
@@ -285,7 +285,7 @@ void perp__convex_closest(const perp__convex_pair *pair, perp__closest *closest)
             best[1] = edge_b;
         }
     }
-    if (a->faces == 0 && b->faces == 0 && closest->distance <= PERP__ON_FACE * pair->size) {
+    if (a->faces == 0 && b->faces == 0 && closest->distance <= PERP__NEGLIGIBLE * pair->size) {
         /* a direction across two segments whose points coincide */
         static const double upright[3] = {0.0, 1.0, 0.0};
         double u[3], v[3];
@@ -296,7 +296,7 @@ void perp__convex_closest(const perp__convex_pair *pair, perp__closest *closest)
             perp__copy3(closest->direction, upright);
     }
     closest->count = 1;
-    if (pair->radius == 0.0 && closest->distance > PERP__ON_FACE * pair->size)
+    if (pair->radius == 0.0 && closest->distance > PERP__NEGLIGIBLE * pair->size)
         return;
 
     /* of edges that are round or touch, both ends of the stretch over which nearly parallel ones
@@ -376,7 +376,7 @@ static void closest_axis(const perp__convex_pair *pair, const perp__axis *axes, 
     perp__convex_closest(pair, &closest);
     axis->separation = closest.distance - pair->radius;
     perp__copy3(axis->normal, closest.direction);
-    if (!bare && closest.distance <= PERP__ON_FACE * pair->size)
+    if (!bare && closest.distance <= PERP__NEGLIGIBLE * pair->size)
         axis->separation = -INFINITY;
 }
 

@@ -142,7 +142,7 @@ static int32_t face_points(const perp__convex_pair *pair, int32_t side, int32_t 
     const double *out = own->normal + 3 * face;
     const double normal[3] = {side == 0 ? out[0] : -out[0], side == 0 ? out[1] : -out[1],
                               side == 0 ? out[2] : -out[2]};
-    cutter cut = {pair, side, face, 0, {0.0, 0.0, 0.0}, 0.0, PERP__ON_FACE * pair->size};
+    cutter cut = {pair, side, face, 0, {0.0, 0.0, 0.0}, 0.0, PERP__NEGLIGIBLE * pair->size};
     rim rims[2], *now = &rims[0], *next = &rims[1];
     int32_t count = 0, wanted;
 
@@ -160,7 +160,7 @@ static int32_t face_points(const perp__convex_pair *pair, int32_t side, int32_t 
     if (!now->closed && now->count == 2) {
         double between[3];
         perp__subtract3(between, now->corners[1].position, now->corners[0].position);
-        if (perp__largest3(between) <= PERP__ON_FACE * pair->size)
+        if (perp__largest3(between) <= PERP__NEGLIGIBLE * pair->size)
             now->count = 1;
     }
 
@@ -198,7 +198,7 @@ static int32_t edge_point(const perp__convex_pair *pair, int32_t edge_a, int32_t
     /* between the points lies the gap, along the axis, unless an edge ended before */
     perp__subtract3(between, on_b, on_a);
     perp__along3(between, between, -separation, normal);
-    if (separation > 0.0 && perp__largest3(between) > PERP__ON_FACE * pair->size)
+    if (separation > 0.0 && perp__largest3(between) > PERP__NEGLIGIBLE * pair->size)
         return 0;
     for (int k = 0; k < 3; k++)
         middle[k] = 0.5 * ((on_a[k] + pair->side[0].radius * normal[k]) +
@@ -215,7 +215,7 @@ static int32_t closest_points(const perp__convex_pair *pair, const double *norma
     perp__closest closest;
     int32_t count = 0;
     perp__convex_closest(pair, &closest);
-    const int32_t lost = separation < 0.0 || closest.distance <= PERP__ON_FACE * pair->size;
+    const int32_t lost = separation < 0.0 || closest.distance <= PERP__NEGLIGIBLE * pair->size;
     const double *along = lost ? normal : closest.direction;
     for (int32_t i = 0; i < closest.count; i++) {
         double between[3], middle[3], gap;
@@ -283,7 +283,7 @@ int32_t perp__convex_points(const perp__convex_pair *pair, int32_t axis_number, 
      * or the line between the closest points */
     if (number == PERP__MIDDLE_AXIS && perp__convex_axes(pair, INFINITY, &axes) &&
         perp__middle_of_faces(&axes,
-                              PERP__ON_FACE * pair->size +
+                              PERP__NEGLIGIBLE * pair->size +
                                   PERP__SUM_ROUNDING * perp__largest3(pair->frame->position),
                               axis.normal, NULL)) {
         separation = 0.0;

@@ -1,21 +1,17 @@
 /* The convex hull of points, with merged faces, and what it weighs.
  *
  * Quickhull (Barber, Dobkin & Huhdanpaa 1996) without its lists: the point farthest beyond a face
- * is a corner, and takes the place of the faces that it sees. Points that are less than TOLERANCE
- * beyond a face lie on it. Hulls have few corners (PERP__MAX_CORNERS), so that looking at
- * everything is fast enough. All in units of a power of two near the size of the points. */
+ * is a corner, and takes the place of the faces that it sees. Points that are less than
+ * PERP__NEGLIGIBLE beyond a face lie on it. Hulls have few corners (PERP__MAX_CORNERS), so that
+ * looking at everything is fast enough. All in units of a power of two near the size of the points.
+ */
 #include "world/collide/polytope.h"
 
 #include <stdio.h>
 #include <string.h>
 
+#include "base/rounding.h"
 #include "linalg/spatial.h"
-
-/* In terms of the size. Corners of boxes that were turned are coplanar to 1e-15 of it. */
-#define TOLERANCE 1e-9
-
-/* A mass centre this near to the middle of the points is that middle: rounding. */
-#define CENTRED 1e-14
 
 enum { NONE = -1 };
 
@@ -132,8 +128,9 @@ static perp_status start(work *w, int32_t *simplex)
             perp__normalise3(along);
         }
     }
-    return most > TOLERANCE * TOLERANCE ? PERP_OK
-                                        : degenerate(w, "line", simplex[0], simplex[1], NONE);
+    return most > PERP__NEGLIGIBLE * PERP__NEGLIGIBLE
+               ? PERP_OK
+               : degenerate(w, "line", simplex[0], simplex[1], NONE);
 }
 
 static perp_status add_corner(work *w, int32_t point)
@@ -173,7 +170,7 @@ static perp_status first_triangles(work *w)
                 most = beyond(w, &base, i);
                 s[3] = i;
             }
-        if (!(fabs(most) > TOLERANCE))
+        if (!(fabs(most) > PERP__NEGLIGIBLE))
             return degenerate(w, "plane", s[0], s[1], s[2]);
         side = -most;
     }
@@ -211,7 +208,7 @@ static void replace_seen(work *w, int32_t point)
     int32_t before = w->triangles, kept = 0;
     int8_t seen[2 * PERP__MAX_FACES];
     for (int32_t t = 0; t < before; t++)
-        seen[t] = beyond(w, &w->triangle[t], point) > TOLERANCE;
+        seen[t] = beyond(w, &w->triangle[t], point) > PERP__NEGLIGIBLE;
     for (int32_t t = 0; t < before; t++)
         for (int32_t i = 0; i < 3 && seen[t]; i++) {
             int32_t a = w->triangle[t].corner[i], b = w->triangle[t].corner[(i + 1) % 3];
@@ -230,7 +227,7 @@ static perp_status grow(work *w)
 {
     perp_status status = first_triangles(w);
     for (int32_t t = 0; t < w->triangles && status == PERP_OK;) {
-        double best = TOLERANCE, best_out = 0.0;
+        double best = PERP__NEGLIGIBLE, best_out = 0.0;
         int32_t point = NONE;
 
         /* 1. the point farthest beyond the face, NONE if all are on it or inside; of points equally
@@ -238,11 +235,11 @@ static perp_status grow(work *w)
         for (int32_t i = 0; i < w->count; i++) {
             const double far = beyond(w, &w->triangle[t], i);
             double x[3];
-            if (far <= TOLERANCE || far < best - TOLERANCE)
+            if (far <= PERP__NEGLIGIBLE || far < best - PERP__NEGLIGIBLE)
                 continue;
             point_of(w, i, x);
             const double out = perp__dot3(x, x);
-            if (point == NONE || far > best + TOLERANCE || out > best_out) {
+            if (point == NONE || far > best + PERP__NEGLIGIBLE || out > best_out) {
                 best = fmax(best, far);
                 best_out = out;
                 point = i;
@@ -304,7 +301,7 @@ static void merge(work *w)
                 int32_t flat = other != NONE && w->triangle[other].face == NONE;
                 for (int32_t k = 0; k < 3 && flat; k++)
                     flat = fabs(beyond(w, &w->triangle[seed], w->triangle[other].corner[k])) <=
-                           2.0 * TOLERANCE;
+                           2.0 * PERP__NEGLIGIBLE;
                 if (!flat)
                     continue;
                 w->triangle[other].face = t->face;
@@ -469,7 +466,7 @@ static void weigh(const work *w, perp__hull *hull, double *centre)
     /* 2. about the centre: I = trace(S) E - S */
     for (int k = 0; k < 3; k++)
         centre[k] = first[k] / volume;
-    if (perp__largest3(centre) <= CENTRED)
+    if (perp__largest3(centre) <= PERP__SUM_ROUNDING) /* it is the middle of the points */
         centre[0] = centre[1] = centre[2] = 0.0;
     for (int k = 0; k < 3; k++)
         for (int l = 0; l < 3; l++)

@@ -10,9 +10,6 @@
 
 #include "linalg/spatial.h"
 
-/* By how much of its way a motion may close shapes that touch without pressing. */
-#define RELATIVE_GRAZING 1e-6
-
 /* A face is covered where what lies before it is nearer than this share of the shape's thickness.
  */
 #define CRACK 1e-4
@@ -21,9 +18,6 @@
  * that they meet with: what a turn of a third of a radian in a step sinks corners by. A deeper face
  * would part shapes by all that they reach over each other, which may be half of their length. */
 #define SHALLOW 0.05
-
-/* Beside the size of a pair that has points, how deep it comes to lie where it meets anew. */
-#define DEEP 1e-3
 
 /* ---- what is covered ---- */
 
@@ -85,7 +79,7 @@ static void begin_encounter(encounter *e, const perp_world *world, const perp__p
     e->displacement = perp__relative_displacement(&e->a, &e->b);
     e->near.rounding = perp__pair_rounding(world, pair);
     e->near.touching = perp__pair_touching(world, pair, e->near.rounding);
-    e->near.grazing = e->near.rounding + RELATIVE_GRAZING * e->displacement;
+    e->near.grazing = e->near.rounding + PERP__PARALLEL * e->displacement;
 }
 
 /* Whether one of the faces of `owner` that make the footing's normal is covered there, at the share
@@ -383,7 +377,8 @@ static int32_t touch_along(const encounter *e, perp__pair *pair, const perp__axe
 static void note_lead(const encounter *e, perp__pair *pair, const perp__axes *axes, int32_t made)
 {
     const perp__placed *a = e->a.start, *b = e->b.start;
-    const double beyond = made > 0 ? DEEP * perp__pair_size(e->world, pair) : -e->near.touching;
+    const double beyond =
+        made > 0 ? PERP__NEAR * perp__pair_size(e->world, pair) : -e->near.touching;
     double *apart = pair->collision.apart, separation;
 
     perp__subtract3(apart, b->position, a->position);
@@ -521,7 +516,7 @@ static overlap overlap_at(const encounter *e, double t, double far)
 int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
 {
     const perp__shape *first = &world->shapes[pair->first], *second = &world->shapes[pair->second];
-    const double deep = DEEP * perp__pair_size(world, pair);
+    const double deep = PERP__NEAR * perp__pair_size(world, pair);
     const double width = first->thickness + second->thickness;
     perp__collision *collision = &pair->collision;
     double from = 0.0, to = 1.0;

@@ -32,11 +32,10 @@ PERP__KERNEL static void perp__fetch(const void *from, size_t bytes)
 }
 /* Pair i of what is gone through in order, and which is asked of memory meanwhile: all of it, or
  * as far as the steps. */
-#define PERP__PAIRS_AHEAD 8
 PERP__KERNEL static perp__pair *perp__pair_and(const perp_world *world, int32_t i, size_t bytes)
 {
-    if (i + PERP__PAIRS_AHEAD < world->pair_count)
-        perp__fetch(&world->pairs[world->pair_order[i + PERP__PAIRS_AHEAD].value], bytes);
+    if (i + PERP__FETCHED_AHEAD < world->pair_count)
+        perp__fetch(&world->pairs[world->pair_order[i + PERP__FETCHED_AHEAD].value], bytes);
     return &world->pairs[world->pair_order[i].value];
 }
 static inline perp__pair *perp__ordered_pair(const perp_world *world, int32_t i)
@@ -71,9 +70,6 @@ static inline void perp__unsettle(perp_world *world, int32_t body)
 }
 /* A shape that is about to be removed. */
 void perp__forget_shape(perp_world *world, int32_t shape);
-
-/* A gap below this share of the bodies' size is near: such points take part from the start. */
-#define PERP__NEAR 1e-3
 
 /* measures.c */
 double perp__pair_rounding(const perp_world *world, const perp__pair *pair);

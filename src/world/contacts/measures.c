@@ -3,9 +3,6 @@
 
 #include "linalg/spatial.h"
 
-/* Beside its thickness, by how much shapes that touch may be apart. */
-#define RELATIVE_SLACK 1e-9
-
 static double rounding_of(const perp_world *world, int32_t shape)
 {
     const perp__shape *at = &world->shapes[shape];
@@ -37,7 +34,7 @@ double perp__pair_thickness(const perp_world *world, const perp__pair *pair)
 
 double perp__pair_touching(const perp_world *world, const perp__pair *pair, double rounding)
 {
-    return RELATIVE_SLACK * perp__pair_thickness(world, pair) + rounding;
+    return PERP__NEGLIGIBLE * perp__pair_thickness(world, pair) + rounding;
 }
 
 int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double margin)

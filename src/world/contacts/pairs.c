@@ -17,15 +17,13 @@
 
 enum { NONE = -1 };
 
-/* Space around a shape in its fat box, in terms of its radius; and how many times that of a new box
- * is too much at the start of a step: what was fast is alone again once it is slow. */
+/* Space around a shape in its fat box, in terms of its radius. */
 #define SPACE 0.1
-#define TOO_FAT 4.0
 
-/* Steps of the same motion that a new fat box holds, as long as they take it no farther than so
- * many radii. */
+/* Steps of the same motion that a new fat box holds, as long as they take it no farther than the
+ * shape is wide; and how many times the space of a new box is too much at the start of a step: what
+ * was fast is alone again once it is slow. */
 #define AHEAD 4.0
-#define FARTHEST 2.0
 
 static int32_t is_plane(const perp_world *world, int32_t shape)
 {
@@ -194,8 +192,8 @@ static int32_t sift_pairs(perp_world *world, perp__keyed *list, int32_t count, i
     for (int32_t i = 0; i < count; i++) {
         perp__pair *pair = &world->pairs[list[i].value];
 
-        if (i + PERP__PAIRS_AHEAD < count)
-            perp__fetch(&world->pairs[list[i + PERP__PAIRS_AHEAD].value], 1);
+        if (i + PERP__FETCHED_AHEAD < count)
+            perp__fetch(&world->pairs[list[i + PERP__FETCHED_AHEAD].value], 1);
         if (pair->first == NONE || pair->listed != listed ||
             key_of(world, list[i].value) != list[i].key)
             continue;
@@ -336,7 +334,7 @@ static int32_t is_held(const perp_world *world, int32_t i, const perp__bounds *b
         for (int32_t k = 0; k < 3; k++)
             excess =
                 perp__greater(excess, (fat->high[k] - fat->low[k]) - (box->high[k] - box->low[k]));
-        held = !(excess > TOO_FAT * 2.0 * space);
+        held = !(excess > AHEAD * 2.0 * space);
     }
     return held;
 }
@@ -354,8 +352,7 @@ static double sweep(const perp__shape *shape, const double *moving, double h, pe
 
         box->low[k] += (displacement < 0.0 ? displacement : 0.0) - turn;
         box->high[k] += (displacement > 0.0 ? displacement : 0.0) + turn;
-        ahead[k] = perp__lesser(perp__greater(AHEAD * displacement, -FARTHEST * radius),
-                                FARTHEST * radius);
+        ahead[k] = perp__lesser(perp__greater(AHEAD * displacement, -2.0 * radius), 2.0 * radius);
     }
     return perp__lesser(h * perp__length3(moving), radius) + turn;
 }

@@ -14,10 +14,8 @@
 #define EXACT_TOL 1e-10
 #define SHARPER 1e-2
 
-/* Iterations of each method within which it comes to an answer or hardly ever does: all that is
- * spent, but at accuracy `exact`. There few contacts get all, last resorts as well. */
+/* Iterations of each method within which it comes to an answer or hardly ever does. */
 #define QUICK 100
-#define FEW 64
 
 double perp__exact_tol(const perp_world *world)
 {
@@ -50,8 +48,9 @@ static void say_outcome(perp__rigid_answer *answer, double tol)
     answer->outcome = perp__gate(&evidence, tol, answer->outcome);
 }
 
-/* By the methods of the contact layer, each for what it takes at accuracy `exact`, else as long as
- * it is quick: at `exact` in vain once a step, as what comes later only adds. */
+/* By the methods of the contact layer, each for what it takes at accuracy `exact`, where few
+ * contacts get all, last resorts as well; else as long as it is quick: at `exact` in vain once a
+ * step, as what comes later only adds. */
 static perp_status solve_by(perp_world *world, const perp__island *island,
                             perp__rigid_answer *answer, perp__rigid_problem *problem,
                             int32_t *in_vain)
@@ -64,9 +63,9 @@ static perp_status solve_by(perp_world *world, const perp__island *island,
 
     problem->enough = problem->tol;
     problem->tol = SHARPER * problem->enough;
-    problem->brief =
-        thorough ? world->work.count > FEW && !perp__begins_standing(world, island, 0, &carrying)
-                 : (problem->contacts > PERP__FEW_CONTACTS) * (1 + is_exact);
+    problem->brief = thorough ? world->work.count > perp__level_of(world)->few &&
+                                    !perp__begins_standing(world, island, 0, &carrying)
+                              : (problem->contacts > PERP__FEW_CONTACTS) * (1 + is_exact);
     if (!thorough && (limit == 0 || limit > QUICK))
         problem->max_iterations = QUICK;
     status = perp__rigid_solve(world->solver, answer, problem);

@@ -26,8 +26,8 @@
 #include "linalg/matrix.h"
 #include "step/impact.h"
 
-/* Impacts of a step: many where a problem is small, one where it is large. */
-#define MOST_IMPACTS 32
+/* Impacts of a step, by the contacts of each: many where a problem is small, one where it is large.
+ */
 #define CONTACTS_IN_ALL 64
 
 /* The least share of restitution that is tried where impacts give energy. */
@@ -91,10 +91,10 @@ static int32_t find_hits(perp_world *world, const perp__island *island, double h
         const double forced = perp__row_velocity(world, i, 0, work->gain, island->bodies, 0);
         const double gap = work->gap[work->chosen[i]];
         const double speed = sqrt(fmax(u * u - 2.0 * forced / h * gap, 0.0));
+        const double made = perp__forced_speed(world, i, island->bodies, lies);
+        const double terms = perp__normal_terms(world, i, work->now, island->bodies);
 
-        if (!(work->impulse[3 * i] > 0.0) ||
-            !(speed > slow * perp__forced_speed(world, i, island->bodies, lies) +
-                          PERP__STILL * perp__normal_terms(world, i, work->now, island->bodies)))
+        if (!(work->impulse[3 * i] > 0.0) || !(speed > slow * made + PERP__NEGLIGIBLE * terms))
             continue;
         work->hit[work->chosen[i]] = 1;
         hits++;
@@ -156,7 +156,7 @@ static int32_t lasts(const perp_world *world, const perp__island *island, double
             continue;
         terms = perp__normal_terms(world, i, work->now, island->bodies) +
                 perp__normal_terms(world, i, work->gain, island->bodies);
-        if (way > tol * terms || fabs(work->came[i]) > fmax(PERP__STILL, tol) * terms)
+        if (way > tol * terms || fabs(work->came[i]) > fmax(PERP__NEGLIGIBLE, tol) * terms)
             return 0;
     }
     return perp__limits_last(world);
@@ -484,7 +484,7 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
                                 perp__verdict *verdict)
 {
     const int32_t share = CONTACTS_IN_ALL / (island->contacts > 0 ? island->contacts : 1);
-    const int32_t most = share < 1 ? 1 : share > MOST_IMPACTS ? MOST_IMPACTS : share;
+    const int32_t most = share < 1 ? 1 : share;
     perp__island_work *work = &world->work;
     double left = h;
     int32_t done = 0, hits;

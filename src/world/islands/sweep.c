@@ -16,9 +16,7 @@
 /* Bodies that are solved exactly at once. */
 #define FEW_BODIES 2
 
-/* Beside a contact's size: an overlap that is left as it is; and the overlap, in these, of what is
- * at rest that is not. */
-#define GUARD 1e-3
+/* The overlap of what is at rest that is not left as it is, in those that are. */
 #define TOO_DEEP 2.0
 
 /* Passes that take overlap away. */
@@ -27,13 +25,9 @@
 /* Passes for each of settings.substeps. */
 #define PASSES_OF_A_SUBSTEP 4
 
-/* Energy that is rounding, beside what impulses move. */
-#define ENERGY_ROUNDING 1e-12
-
-/* Passes after which it is asked whether the residual is the level's, and rounds of these at most.
- * What a pass does goes on to the next body only, and is little where a light one bears heavy ones:
- * with momentum n passes take a ratio of n^2 or so, from one body to the next. */
-#define PASSES 16
+/* Rounds of passes at most. What a pass does goes on to the next body only, and is little where a
+ * light one bears heavy ones: with momentum n passes take a ratio of n^2 or so, from one body to
+ * the next. */
 #define ROUNDS 6
 
 /* What moves heavily over what moves lightly: a mass, or where turns count the inertia about some
@@ -175,7 +169,7 @@ static void pose_rows(perp_world *world, const perp__island *island, double h)
 
 double perp__deep_overlap(const perp__world_contact *contact)
 {
-    return TOO_DEEP * GUARD * contact->size;
+    return TOO_DEEP * PERP__NEAR * contact->size;
 }
 
 int32_t perp__is_deep(const perp__world_contact *contact)
@@ -256,7 +250,7 @@ static int32_t take_energy(perp_world *world, const perp__island *island, double
     }
     work_of_d = mass_product(world, island, d, m);
     size = mass_product(world, island, d, d);
-    scaled = work_of_d > ENERGY_ROUNDING * size;
+    scaled = work_of_d > PERP__SUM_ROUNDING * size;
     if (scaled) {
         share = fmax(1.0 - 2.0 * work_of_d / size, 0.0);
         for (int32_t i = 0; i < numbers; i++) {
@@ -275,7 +269,7 @@ static int32_t take_energy(perp_world *world, const perp__island *island, double
         perp__twist_of(world, d + world->dof * i, shift);
         growth -= h * perp__work_needed(world, work->members[i], shift);
     }
-    share = work_of_d + growth > ENERGY_ROUNDING * size ? fmax(-work_of_d / growth, 0.0) : 1.0;
+    share = work_of_d + growth > PERP__SUM_ROUNDING * size ? fmax(-work_of_d / growth, 0.0) : 1.0;
     for (int32_t i = 0; i < numbers && share < 1.0; i++)
         work->moving[i] = m[i] - share * d[i];
     return scaled;
@@ -292,7 +286,7 @@ void perp__pose_sweep(perp_world *world, const perp__island *island, double h,
     pose_rows(world, island, h);
     memset(step, 0, sizeof *step);
     step->h = h;
-    step->passes = substeps > 0 ? PASSES_OF_A_SUBSTEP * substeps : PASSES;
+    step->passes = substeps > 0 ? PASSES_OF_A_SUBSTEP * substeps : PERP__PASSES;
     step->rounds = substeps > 0         ? 1
                    : island->joints > 0 ? ROUNDS
                                         : (int32_t)fmax(ROUNDS, sqrt(mass_ratio(world, island, 0)));
@@ -305,7 +299,7 @@ void perp__pose_sweep(perp_world *world, const perp__island *island, double h,
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
         work->gap[i] = contact->gap > contact->rounding ? contact->gap : fmin(contact->gap, 0.0);
-        work->guard[i] = GUARD * contact->size;
+        work->guard[i] = PERP__NEAR * contact->size;
         work->rows[i].bias[0] = 0.0;
     }
     perp__turn_contacts(world);

@@ -18,9 +18,6 @@
 #include "world/islands/standing.h"
 #include "world/joints/joints.h"
 
-/* Errors of equations that are worth removing where sweeps left more of contacts. */
-#define SWEPT 1e-9
-
 static double tolerance_of(const perp__joint_view *view, double most, int32_t is_length)
 {
     return is_length ? fmax(most * view->size, view->rounding) : most;
@@ -40,7 +37,8 @@ static double error_of(const perp_world *world, perp__joint *joint)
     for (int32_t k = 0; k < view->count; k++) {
         const int32_t is_length = perp__is_length(world, joint, k);
 
-        if (fabs(view->error[k]) > tolerance_of(view, swept ? SWEPT : PERP__IN_PLACE, is_length))
+        if (fabs(view->error[k]) >
+            tolerance_of(view, swept ? PERP__NEGLIGIBLE : PERP__IN_PLACE, is_length))
             sum += fabs(view->error[k]) * (is_length ? 1.0 : view->size);
     }
     excess = fmax(fmax(state->lower - view->coordinate, view->coordinate - state->upper), 0.0);

@@ -407,7 +407,7 @@ void perp__find_limits(perp_world *world, const perp__island *island, double ahe
             const double gap = gap_of(perp__state_of(world, joint), &view, which);
 
             joint->gap[which] = gap > rounding ? gap : 0.0;
-            joint->came[which] = (which == 0 ? rate : -rate) < -PERP__STILL * terms;
+            joint->came[which] = (which == 0 ? rate : -rate) < -PERP__NEGLIGIBLE * terms;
             joint->reached[which] =
                 gap <= rounding ||
                 (ahead > 0.0 && gap < fmax((which == 0 ? -2.0 : 2.0) * ahead * rate, 0.0) +
