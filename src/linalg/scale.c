@@ -185,10 +185,8 @@ static void find_largest(const perp__matrix *M, const int32_t *exponents, int32_
                 continue;
             i = l.indices ? l.indices[k] : k;
             size = perp__exponent_of(l.values[k]) + exponents[i] + exponents[j];
-            if (size > largest[i])
-                largest[i] = size;
-            if (size > largest[j])
-                largest[j] = size;
+            largest[i] = size > largest[i] ? size : largest[i];
+            largest[j] = size > largest[j] ? size : largest[j];
         }
     }
 }
@@ -301,8 +299,7 @@ void perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponent
         exponents[i] = 0;
     perp__scaled_row_norms(M, exponents, row_norms);
     for (int32_t i = 0; i < M->rows; i++)
-        if (!(row_norms[i] <= largest))
-            largest = row_norms[i];
+        largest = row_norms[i] <= largest ? largest : row_norms[i];
     if (!enabled || largest < perp__power_of_two(PERP__NOISE))
         return;
     perp__balance_noise(M, exponents, work);
