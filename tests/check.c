@@ -223,6 +223,7 @@ static void balance(const check_item *list, size_t count, int32_t n, const doubl
 static void start_exponents(const check_item *list, size_t count, int32_t n, const double *diagonal,
                             int scaling, int32_t *exponents, int *largest)
 {
+    size_t p;
     int32_t i;
 
     for (i = 0; i < n; i++)
@@ -232,7 +233,12 @@ static void start_exponents(const check_item *list, size_t count, int32_t n, con
     spread(list, count, n, exponents, largest);
     for (i = 0; i < n; i++)
         if (exponents[i] == UNSET) {
-            exponents[i] = 0;
+            double size = 0.0;
+
+            for (p = 0; p < count; p++)
+                if (list[p].row == i || list[p].column == i)
+                    size = fmax(size, fabs(list[p].value));
+            exponents[i] = size > 0 ? unit_diagonal(size) : 0;
             spread(list, count, n, exponents, largest);
         }
 }

@@ -24,12 +24,11 @@ static int32_t clamp(int32_t e)
     return e > LARGEST ? LARGEST : e < -LARGEST ? -LARGEST : e;
 }
 
-/* The e with |diagonal| 2^(2e) in [1/2, 2): minus half of floor(log2) + 1, rounded down. */
-static int32_t unit_diagonal(double diagonal)
+/* The e with |diagonal| 2^(2e) in [1/2, 2): minus half of log2, which is floor(log2), + 1, rounded
+ * down. */
+static int32_t unit_diagonal(int32_t log2)
 {
-    const int32_t p = perp__exponent_of(diagonal) + 1;
-
-    return clamp(-((p - (p & 1)) / 2));
+    return clamp(-((log2 + 1 - ((log2 + 1) & 1)) / 2));
 }
 
 /* Where entry i of column j of a sparse matrix is stored, or NULL. */
@@ -159,7 +158,8 @@ static void scale_other_diagonals(search *s)
         if (s->level[i] == UNSET_OTHER)
             enqueue(s, i, LARGEST, 0);
     for (int32_t k = begin; k < s->queued; k++) {
-        const int32_t own = unit_diagonal(perp__entry(s->M, s->queue[k], s->queue[k]));
+        const int32_t row = s->queue[k];
+        const int32_t own = unit_diagonal(perp__exponent_of(perp__entry(s->M, row, row)));
 
         s->level[s->queue[k]] = 0;
         if (own < s->exponents[s->queue[k]])
@@ -185,10 +185,8 @@ static void find_largest(const perp__matrix *M, const int32_t *exponents, int32_
                 continue;
             i = l.indices ? l.indices[k] : k;
             size = perp__exponent_of(l.values[k]) + exponents[i] + exponents[j];
-            if (size > largest[i])
-                largest[i] = size;
-            if (size > largest[j])
-                largest[j] = size;
+            largest[i] = size > largest[i] ? size : largest[i];
+            largest[j] = size > largest[j] ? size : largest[j];
         }
     }
 }
@@ -243,50 +241,50 @@ void perp__find_exponents(const perp__matrix *M, int32_t *exponents, int32_t *wo
                 .unset = M->rows,
                 .symmetric = 1,
                 .wanted = UNSET};
-    int32_t *parents = s.queue, i = 0;
+    int32_t *parents = s.queue, i;
 
-    /* 1. Most problems: every diagonal is positive, and nothing else counts. */
-    while (i < M->rows && perp__entry(M, i, i) > 0.0) {
-        exponents[i] = unit_diagonal(perp__entry(M, i, i));
-        i++;
-    }
-    if (i == M->rows)
-        return;
-    /* 2. Rows whose diagonal is positive are on level 0; those with a negative one are marked. */
-    for (i = 0; i < M->rows; i++)
-        s.level[i] = UNSET;
+    /* 1. Rows whose diagonal is positive are on level 0; those with a negative one are marked. */
     for (i = 0; i < M->rows; i++) {
         const double diagonal = perp__entry(M, i, i);
 
+        s.level[i] = UNSET;
+        exponents[i] = NO_ENTRY;
         if (diagonal > 0.0) {
-            enqueue(&s, i, unit_diagonal(diagonal), 0);
+            enqueue(&s, i, unit_diagonal(perp__exponent_of(diagonal)), 0);
         } else if (diagonal != 0.0) {
             s.level[i] = UNSET_OTHER;
             s.others++;
         }
     }
-    /* 3. Breadth first from there, over columns alone where the pattern is symmetric. */
+    if (s.unset == 0) /* most problems: nothing else counts */
+        return;
+    /* 2. Breadth first from there, over columns alone where the pattern is symmetric. */
     for (int32_t j = 0; M->column_starts && j < M->columns && s.symmetric; j++)
         for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
             s.symmetric &= find_entry(M, j, M->row_indices[k]) != NULL;
     scale_other_diagonals(&s);
     spread(&s);
-    /* 4. What is left has no diagonal at all: each component starts at its lowest index. The queue
+    /* 3. What is left has no diagonal at all: each component starts at its lowest index, as if its
+     * largest coupling were the diagonal, so that the size of M is shared out evenly. The queue
      * grows into parents that have been read: no more roots than rows up to there. */
-    if (s.unset == 0)
-        return;
     for (i = 0; i < M->rows; i++)
         parents[i] = i;
     for (int32_t j = 0; j < M->rows; j++) {
         const perp__line l = perp__line_of(M, j);
 
         for (int32_t k = 0; k < l.count && s.level[j] == UNSET; k++)
-            if (l.values[k] != 0.0)
-                perp__join(parents, l.indices ? l.indices[k] : k, j);
+            if (l.values[k] != 0.0) {
+                const int32_t e = perp__exponent_of(l.values[k]);
+
+                i = l.indices ? l.indices[k] : k;
+                perp__join(parents, i, j);
+                exponents[i] = e > exponents[i] ? e : exponents[i];
+                exponents[j] = e > exponents[j] ? e : exponents[j];
+            }
     }
     for (i = 0; i < M->rows; i++)
         if (s.level[i] == UNSET && parents[i] == i)
-            enqueue(&s, i, 0, 0);
+            enqueue(&s, i, exponents[i] == NO_ENTRY ? 0 : unit_diagonal(exponents[i]), 0);
     spread(&s);
 }
 
@@ -301,8 +299,7 @@ void perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponent
         exponents[i] = 0;
     perp__scaled_row_norms(M, exponents, row_norms);
     for (int32_t i = 0; i < M->rows; i++)
-        if (!(row_norms[i] <= largest))
-            largest = row_norms[i];
+        largest = row_norms[i] <= largest ? largest : row_norms[i];
     if (!enabled || largest < perp__power_of_two(PERP__NOISE))
         return;
     perp__balance_noise(M, exponents, work);

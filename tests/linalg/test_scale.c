@@ -132,14 +132,14 @@ static void test_breadth_first(void **state)
 static void test_without_diagonal(void **state)
 {
     double entries[49] = {0.0};
-    static const int32_t expected[7] = {-3, 0, -3, 0, 0, 2, -3};
+    static const int32_t expected[7] = {-3, -2, -1, 1, 0, 1, -3};
 
     (void)state;
     entries[0 + 7 * 6] = 8.0; /* rows 0, 6: 6 has -64, which a unit makes 2^-3 ... */
     entries[6 + 7 * 6] = -64.0;
-    entries[2 + 7 * 1] = 0x1p3; /* rows 1, 2: no diagonal, 1 is the lowest */
+    entries[2 + 7 * 1] = 0x1p3; /* rows 1, 2: no diagonal, 1 has half of 2^3, rounded up */
     entries[3 + 7 * 5] = 0.3;   /* rows 3, 5 */
-    expect(7, entries, (const int32_t[7]){0, 0, -3, 0, 0, 2, -3});
+    expect(7, entries, (const int32_t[7]){0, -2, -1, 1, 0, 1, -3});
     entries[0 + 7 * 6] = 64.0; /* ... and row 0 follows it: 64 / 8 = 2^3 */
     expect(7, entries, expected);
 }

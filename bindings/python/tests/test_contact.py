@@ -49,6 +49,32 @@ def test_law_and_dynamics_hold(method, seed):
     assert r.v @ M @ r.v <= f @ np.linalg.solve(M, f) * (1 + tol)
 
 
+@pytest.mark.parametrize("method", ["auto", "proximal"])
+@pytest.mark.parametrize(
+    "friction", [[1e-2], [1e-4], [1e-8, 1e-12], [0.0, 1e-10, 0.5], [1e-100, 1.0], [0.1, 0.8]]
+)
+def test_ice(friction, method):
+    """Chains of rigid bodies on contacts that hardly rub, some beside others that do."""
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        bodies = (3, 10)[seed % 2]
+        contacts, n = 6 * bodies, 6 * bodies
+        blocks = rng.standard_normal((bodies, 6, 6))
+        M = sp.block_diag([A @ A.T + np.eye(6) for A in blocks]).tocsc()
+        H, mu = np.zeros((3 * contacts, n)), rng.choice(friction, contacts)
+        for k in range(contacts):
+            b = int(rng.integers(bodies))
+            H[3 * k : 3 * k + 3, 6 * b : 6 * b + 6] = rng.standard_normal((3, 6))
+            if b > 0 and rng.random() < 0.8:
+                H[3 * k : 3 * k + 3, 6 * b - 6 : 6 * b] = rng.standard_normal((3, 6))
+        f = M @ rng.standard_normal(n)
+        r = perp.contact(M, f, sp.csr_matrix(H), None, mu, method=method, tol=1e-10)
+        assert r.ok, seed
+        # products of impulses and speeds, each known to 1e-10 of the largest
+        check_law(r, mu, 3, 1e-8 * max(1.0, np.abs(r.impulse).max() * np.abs(r.velocity).max()))
+        assert np.abs(M @ r.v - f - H.T @ r.impulse).max() <= 1e-10 * np.abs(r.impulse).max()
+
+
 @pytest.mark.parametrize("n", [90, 97, 132, 256, 260])
 def test_more_rows_than_many_velocities(n):
     """From 97 to 256 velocities W is half made only then; the law and the balance hold all the same,

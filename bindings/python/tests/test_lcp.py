@@ -332,6 +332,36 @@ def test_quadratic_programs_in_their_symmetric_form(side, rows, method):
         np.testing.assert_allclose(told.z[:n], x, rtol=0, atol=4e-8 * x.max())
 
 
+def without_diagonal(kind, g):
+    """Integers of a problem that has a solution, in which no row has a diagonal entry."""
+    rows, columns = g.integers(1, 4, 2)
+    n = rows + columns
+    if kind == "game":
+        A, B = g.integers(1, 10, (2, rows, columns))
+        return np.block([[np.zeros((rows, rows)), A], [B.T, np.zeros((columns, columns))]]), -1.0
+    M = np.tril(g.integers(-3, 4, (n, n)), -1).astype(float)
+    if kind == "program":
+        M[:rows, :rows] = M[rows:, rows:] = 0.0
+    M -= M.T
+    z = np.where(g.random(n) < 0.6, g.integers(1, 5, n), 0)
+    w = np.where(z == 0, g.integers(0, 4, n), 0)
+    return M, w - M @ z
+
+
+@pytest.mark.parametrize("storage", [np.array, sp.csc_matrix])
+@pytest.mark.parametrize("kind", ["skew", "program", "game"])
+def test_size_of_a_matrix_without_diagonal(kind, storage):
+    """M in units of any power of four: z is that much smaller, to the last bit."""
+    for seed in range(40):
+        M, q = without_diagonal(kind, np.random.default_rng(seed))
+        q = np.full(len(M), q) if kind == "game" else q
+        one = perp.lcp(storage(M), q)
+        assert one.ok, seed
+        for power in (-960, -500, -80, 70, 300, 900):
+            told = perp.lcp(storage(np.ldexp(M, power)), q)
+            assert told.ok and np.array_equal(told.z, np.ldexp(one.z, -power)), (seed, power)
+
+
 @pytest.mark.parametrize("storage", [np.array, sp.csc_matrix])
 @pytest.mark.parametrize("degenerate", [False, True])
 def test_zero_sum_games(storage, degenerate):

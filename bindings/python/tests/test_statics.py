@@ -278,6 +278,59 @@ def test_what_nothing_presses_carries_nothing():
     assert (r.impulse[2:] == 0.0).all()
 
 
+@pytest.mark.parametrize("seed", range(20))
+def test_where_joints_carry_all_contacts_carry_nothing(seed):
+    """A lamp on a rod, beside walls that it could move away from, all at once: the normals are
+    within 53 degrees of that way, further in than friction reaches."""
+    rng = np.random.default_rng(seed)
+    count, away = int(rng.integers(1, 5)), rng.uniform(0, 2 * np.pi)
+    angles, up = away + rng.uniform(-0.9, 0.9, count), rng.uniform(-0.2, 0.2, count)
+    normals = np.column_stack([np.cos(angles), np.sin(angles), up]) / np.hypot(1, up)[:, None]
+    H = np.vstack([point_rows(rng.uniform(-1, 1, 3), normal) for normal in normals])
+    G = np.eye(6)[2:]  # nor does it turn
+    f = np.array([0, 0, -rng.uniform(0.1, 9.0), 0, 0, 0])
+    r = perp.statics(H, f, rng.uniform(0, 0.4, count), bilateral=G)
+    assert r.verdict == "stands" and r.margin == 0 and (r.impulse == 0.0).all()
+    assert r.bilateral_impulse == pytest.approx([-f[2], 0, 0, 0], abs=1e-12)
+
+
+def bodies_on_joints(rng, decades):
+    """Bodies in space, their weights decades apart, contacts and ball joints between them and the
+    ground, and rows of a gear that all of them drive."""
+    bodies = int(rng.integers(1, 5))
+    n, contacts, pairs = 6 * bodies, bodies * int(rng.integers(1, 4)) + 2, int(rng.integers(1, 4))
+    f = np.zeros(n)
+    f[2::6] = -(10.0 ** rng.uniform(-decades, 0, bodies))
+    rows = []
+    for k in range(contacts + pairs):
+        b, a, row = int(rng.integers(bodies)), int(rng.integers(-1, bodies)), np.zeros((3, n))
+        normal = rng.standard_normal(3) + (0, 0, 1.5 * (a < 0))
+        normal /= np.linalg.norm(normal)
+        row[:, 6 * b : 6 * b + 6] = point_rows(rng.uniform(-1, 1, 3), normal)
+        if a not in (-1, b):
+            row[:, 6 * a : 6 * a + 6] -= point_rows(rng.uniform(-1, 1, 3), normal)
+        rows.append(row if k < contacts else row[: rng.integers(1, 4)])
+    gears = rng.standard_normal((int(rng.integers(3)), n)) * (rng.random(n) < 0.4)
+    G = np.vstack(rows[contacts:] + [gears])
+    return np.vstack(rows[:contacts]), f, rng.choice([0, 0.2, 0.5, 0.8, 1.2], contacts), G
+
+
+@pytest.mark.parametrize("decades", [0, 2, 4, 6, 8])
+def test_joints_between_bodies_of_any_weight(decades):
+    """Each answer proves itself: impulses that balance all forces, or a motion that they drive."""
+    told = {"stands": 0, "falls": 0}
+    for seed in range(150):
+        H, f, mu, G = bodies_on_joints(np.random.default_rng([seed, decades]), decades)
+        r = perp.statics(H, f, mu, bilateral=G)
+        assert r.verdict in told, seed
+        told[r.verdict] += 1
+        if r:
+            check_balance(r, H, f, mu, 3, G)
+        else:
+            check_certificate(r, H, f, mu, 3, G)
+    assert min(told.values()) >= 10
+
+
 @pytest.mark.parametrize("share", [0.9, 1 + 1e-6, 1.01, 2.0, 10.0])
 def test_a_wedged_part_hides_nothing(share):
     """Between two fixed walls forces may be as large as they like; a box on a slope falls."""

@@ -21,7 +21,6 @@
 #include "contact/law.h"
 
 /* Stiffness of the sweeps that Newton's method starts from, and of its first centre. */
-#define FIRST_RHO 10.0
 #define SECOND_RHO 30.0
 #define CENTRE_RHO 100.0
 #define WARM_RHO 1e3
@@ -115,7 +114,7 @@ static void run_first(perp__proximal *s, const perp__proximal_part *part, int32_
     if (perp__proximal_goes_on(s, s->tol) && (!given || s->discs)) {
         for (int32_t i = part->row; i < part->last_row; i++)
             s->x[i] = 0.0;
-        perp__proximal_split_run(s, part, FIRST_RHO, SWEEPS);
+        perp__proximal_split_run(s, part, PERP__FIRST_RHO, SWEEPS);
         if (perp__proximal_goes_on(s, s->tol))
             perp__proximal_split_run(s, part, SECOND_RHO, SWEEPS);
         if (perp__proximal_goes_on(s, s->aim))
@@ -134,7 +133,7 @@ static void run_part(perp__proximal *s, const perp__proximal_part *part,
                      perp__contact_iterate *iterate)
 {
     /* the stiffness that does best differs from pile to pile */
-    static const double rho[] = {FIRST_RHO, SECOND_RHO, FIRST_RHO, 1.0};
+    static const double rho[] = {PERP__FIRST_RHO, SECOND_RHO, PERP__FIRST_RHO, 1.0};
     const perp__contact_problem *problem = s->common.problem;
     const int32_t steps = part->last_row - part->row > MANY ? FEW_STEPS : MORE_STEPS;
     const int32_t patience = problem->chosen ? steps : FEW_STEPS, newton = !s->splits;

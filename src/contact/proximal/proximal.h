@@ -1,11 +1,11 @@
 /* The state that the parts of methods `admm` and `proximal` share: contacts in the space of bodies,
  * or, where W alone is known, in that of impulses.
  *
- * With x = r / s and u times s, s = 1 / (min(mu, 1) sqrt(t)) for the normal and 1 / sqrt(t) for
- * tangents, all over the part's unit omega, t the trace of W_kk over these rows,
+ * With x = r / s and u times s, s = 1 / (m sqrt(t)) for the normal, m = min(mu, 1) or 1 / FIRST_RHO
+ * if that is more, 1 / sqrt(t) for tangents, over the part's unit omega, t the trace of W_kk,
  *
  *   u = J v + q,   v = J'x,   x = P(x - rho u)  for any rho > 0,
- *   P(z) = (z_n^+, z_t on the disc of radius max(mu, 1) z_n^+),
+ *   P(z) = (z_n^+, z_t on the disc of radius mu / m z_n^+),
  *
  * which is Signorini's and Coulomb's law of a contact as it stands (Alart & Curnier 1991). What
  * rolls or spins has a disc more for each, in a scale of its own trace; what holds both ways keeps
@@ -21,6 +21,8 @@
 #include "contact/cones.h"
 #include "contact/method.h"
 #include "linalg/fronts/fronts.h"
+
+#define PERP__FIRST_RHO 10.0 /* stiffness of the first sweeps */
 
 /* What belongs to a part of the problem: one range of each. */
 typedef struct perp__proximal_part {

@@ -227,6 +227,7 @@ static void set_scales(perp__proximal *s, int32_t k)
     perp__contact_part parts[3];
     perp__discs *discs;
     int32_t turns;
+    double m;
 
     for (int32_t i = row; i < row + rows; i++)
         s->scale[i] = 1.0 / sqrt(problem->trace[constraint]);
@@ -239,13 +240,14 @@ static void set_scales(perp__proximal *s, int32_t k)
                                               problem->omega[constraint] / s->scale[row]);
         return;
     }
-    s->radius[k] = fmax(problem->mu[constraint], 1.0);
+    m = fmin(fmax(problem->mu[constraint], 1.0 / PERP__FIRST_RHO), 1.0); /* ice: not 1 / mu^2 */
+    s->radius[k] = problem->mu[constraint] > 0.0 ? problem->mu[constraint] / m : 1.0;
     turns = rows > problem->dims[constraint];
     if (turns)
         scale_rows(s, k, 0, problem->dims[constraint]);
     if (rows > 1 && problem->mu[constraint] > 0.0)
         for (int32_t i = row; i < row + perp__contact_normals(problem, constraint); i++)
-            s->scale[i] /= fmin(problem->mu[constraint], 1.0);
+            s->scale[i] /= m;
     if (!turns && both == 0)
         return;
     discs = &s->discs[k];

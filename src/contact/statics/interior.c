@@ -29,7 +29,7 @@
 /* A step that leads nowhere. */
 #define SHORT 1e-6
 
-/* Of joints: rho beside u z. */
+/* Of joints, which carry what the heaviest bodies weigh, of size 1: rho beside u z. */
 #define PROXIMAL 0.1
 
 /* ---- cones of units ---- */
@@ -129,7 +129,7 @@ void perp__statics_condense(perp__statics *s, double mean)
         perp__cone_scale(&s->cones[c]);
     for (int32_t u = 0; u < s->rows->units; u++) {
         const int32_t n = s->rows->unit[u].rows;
-        const double rho = PROXIMAL * fmax(mean, 1e-16) / (s->weight[u] * s->weight[u]);
+        const double rho = PROXIMAL * fmax(mean, 1e-16);
         double *F = s->F + s->square[u];
 
         if (s->idle[u])

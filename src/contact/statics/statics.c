@@ -123,7 +123,7 @@ perp_status perp__statics_set_up(perp__statics *s, const perp__statics_rows *row
  * strictly inside their dual cone; and rows that are at a bound likewise. Returns how many. */
 static int32_t drop_idle(perp__statics *s)
 {
-    double most_u = 0.0, most_z = 0.0;
+    double most_u = 0.0, most_z = 1.0; /* of an ordinary size: joints may carry all */
     int32_t count = 0;
 
     for (int32_t c = 0; c < s->cone_count; c++) {
