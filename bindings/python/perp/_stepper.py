@@ -382,7 +382,7 @@ class RowSolver(Handle):
         of_contacts = np.abs(self.u[: self.rows - self._laws.bounded])
         speeds = np.maximum.reduceat(of_contacts, first)[slips]
         tol = self._settings.tol
-        if speeds.max() > 100.0 * tol * self.numbers.driven:
+        if not 0.0 < speeds.max() <= 100.0 * tol * self.numbers.driven:
             return how
         kept = [x.copy() for x in (self.v, self.r, self.u, self.modes)]
         ended, laws = CResult.from_buffer_copy(self.result), self.laws
