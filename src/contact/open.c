@@ -32,6 +32,7 @@ static void lay_out(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, size, &own->q, &own->r, &own->start, &own->sign);
     PERP__INTEGERS(arena, size, &own->rows);
     PERP__INTEGERS(arena, (size_t)own->n, &own->part);
+    PERP__INTEGERS(arena, (size_t)(own->n < own->whole ? own->whole : own->n), &own->first);
     own->dims = perp__arena_take(arena, size, sizeof(int32_t));
     PERP__DOUBLES(arena, (size_t)own->n, &own->share);
     own->position = perp__arena_take(arena, (size_t)own->whole, sizeof(int32_t));
@@ -77,28 +78,29 @@ static perp_status solve(perp_contact_solver *solver, const perp_contact_step *s
     return refuses(status) ? PERP_OK : status;
 }
 
-/* Joins the coordinates of each row of A; own->position of each: its first one. */
-static void join_rows(perp__contact_opening *own, const perp__matrix *A)
+/* Joins the coordinates of each row of A, as long as there are several parts; own->first of each
+ * row: its first coordinate. */
+static int32_t join_rows(perp__contact_opening *own, const perp__matrix *A, int32_t parts)
 {
     perp__cursor c = perp__first(A);
 
     for (int32_t i = 0; i < A->rows; i++)
-        own->position[i] = -1;
-    while (A->rows > 0 && perp__advance(&c)) {
-        if (c.value != 0.0 && own->position[c.i] >= 0)
-            perp__join(own->part, own->position[c.i], c.j);
+        own->first[i] = -1;
+    while (parts > 1 && A->rows > 0 && perp__advance(&c)) {
+        if (c.value != 0.0 && own->first[c.i] >= 0)
+            parts -= perp__join(own->part, own->first[c.i], c.j);
         else if (c.value != 0.0)
-            own->position[c.i] = c.j;
+            own->first[c.i] = c.j;
     }
+    return parts;
 }
 
 /* s to within the reach, in each part of the coordinates by itself: what M or rows join. */
 static void shorten(const perp_contact_solver *solver, perp_contact_step *s,
                     perp__contact_opening *own)
 {
-    const perp__matrix *M = &solver->dynamics.M;
     double *share = own->share;
-    int32_t reaches = 1;
+    int32_t reaches = 1, parts = s->n;
 
     for (int32_t i = 0; i < s->n; i++) {
         const double way = fabs(s->shift[i]) * s->h;
@@ -108,11 +110,9 @@ static void shorten(const perp_contact_solver *solver, perp_contact_step *s,
         own->part[i] = i;
     }
     if (!reaches) {
-        for (perp__cursor c = perp__first(M); perp__advance(&c);)
-            if (c.value != 0.0)
-                perp__join(own->part, c.i, c.j);
-        join_rows(own, &solver->dynamics.H);
-        join_rows(own, &solver->dynamics.G);
+        parts = join_rows(own, &solver->dynamics.M, parts);
+        parts = join_rows(own, &solver->dynamics.H, parts);
+        join_rows(own, &solver->dynamics.G, parts);
         for (int32_t i = 0; i < s->n; i++) {
             const int32_t root = perp__root_of(own->part, i);
 

@@ -75,6 +75,7 @@ typedef struct perp__contact_opening {
     int32_t *position;      /* and back, or -1 */
     int32_t *dims;
     int32_t *part;                    /* n: of each velocity, those that are shortened together */
+    int32_t *first;                   /* of each row of M, H or G: a velocity */
     double *W, *q, *r, *start, *sign; /* size by size; size */
     double *push, *share;             /* whole; n */
 } perp__contact_opening;
