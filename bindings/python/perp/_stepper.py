@@ -168,7 +168,7 @@ class RowSolver(Handle):
         self.numbers.J, self.numbers.gaps = (addressof(x) for x in self._cells)
 
     def set_reach(self, turns: NDArray[Any]) -> None:
-        """How far a step's shift goes: coordinates that turn, by the share of a radian that it takes
+        """How far a shift goes: coordinates that turn, by the share of a radian that a step takes
         away of an overlap. Rows are those of a place, and say nothing farther away."""
         self._reach = np.where(turns, self.numbers.correction, np.inf)
         self.bind(reach=self._reach)
