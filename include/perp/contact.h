@@ -385,12 +385,18 @@ typedef struct perp_contact_step {
                         least velocity, in the metric of M, that takes the share `correction` of
                         what overlaps by more than slop away in a step, while rows without
                         overlap do not get one and G shift = 0; where overlaps contradict each
-                        other, one between what they need; else as it was */
+                        other, one between what they need; and shortened as `reach` says; else as
+                        it was */
     const perp_contact_source *source; /* perp_contact_solver_arrange goes by it, and is_other tells
                                           whether it is to be called; NULL: `watches` do */
     const int32_t *first;              /* contacts: their first rows; NULL: not known */
     double restitution; /* of contacts whose gap is closed: u >= -restitution times what it was */
     const double *const *speeds; /* *speeds: J_rows: J velocity; read where restitution > 0 */
+    const double *reach; /* n: how far `shift` moves each coordinate in a step at most, INFINITY:
+                            any way; NULL: all any way. Rows are those of a place: what turns by
+                            much more than correction / 1 rad goes where they say nothing */
+    double *shares; /* out: n, or NULL: what `shift` is of the velocity without `reach`, 0 to 1: one
+                       number for what M, H and G couple */
 } perp_contact_step;
 
 PERP_API perp_status perp_contact_source_init(perp_contact_source *source, size_t size);

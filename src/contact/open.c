@@ -7,10 +7,15 @@
  * is a block of W, which the step has made. Where overlaps contradict each other, as those of a
  * body in a gap that is too narrow do, there is no such s; then every row with a gap yields by a
  * share of its own response, and s is a compromise, at most 1 / sqrt(YIELD) of what the deepest
- * overlap would need alone. */
+ * overlap would need alone.
+ *
+ * A is that of a place. A link that overlaps beside its hinge, or lightly turns about its own axis,
+ * would go round and round: s is shortened to the caller's reach, within which A holds. What is 0
+ * or more in A s + g at s and at 0 is so between them. */
 #include <math.h>
 #include <string.h>
 
+#include "base/groups.h"
 #include "contact/solver.h"
 
 #define YIELD 0.1
@@ -26,7 +31,10 @@ static void lay_out(perp__arena *arena, void *object)
     own->W = perp__arena_take(arena, size, size * sizeof(double));
     PERP__DOUBLES(arena, size, &own->q, &own->r, &own->start, &own->sign);
     PERP__INTEGERS(arena, size, &own->rows);
+    PERP__INTEGERS(arena, (size_t)own->n, &own->part);
+    PERP__INTEGERS(arena, (size_t)(own->n < own->whole ? own->whole : own->n), &own->first);
     own->dims = perp__arena_take(arena, size, sizeof(int32_t));
+    PERP__DOUBLES(arena, (size_t)own->n, &own->share);
     own->position = perp__arena_take(arena, (size_t)own->whole, sizeof(int32_t));
     own->push = perp__arena_take(arena, (size_t)own->whole, sizeof(double));
 }
@@ -68,6 +76,55 @@ static perp_status solve(perp_contact_solver *solver, const perp_contact_step *s
     status = perp__contact_solve(own->solver, &call);
     *solved = status == PERP_OK && perp__is_good(result.outcome);
     return refuses(status) ? PERP_OK : status;
+}
+
+/* Joins the coordinates of each row of A, as long as there are several parts; own->first of each
+ * row: its first coordinate. */
+static int32_t join_rows(perp__contact_opening *own, const perp__matrix *A, int32_t parts)
+{
+    perp__cursor c = perp__first(A);
+
+    for (int32_t i = 0; i < A->rows; i++)
+        own->first[i] = -1;
+    while (parts > 1 && A->rows > 0 && perp__advance(&c)) {
+        if (c.value != 0.0 && own->first[c.i] >= 0)
+            parts -= perp__join(own->part, own->first[c.i], c.j);
+        else if (c.value != 0.0)
+            own->first[c.i] = c.j;
+    }
+    return parts;
+}
+
+/* s to within the reach, in each part of the coordinates by itself: what M or rows join. */
+static void shorten(const perp_contact_solver *solver, perp_contact_step *s,
+                    perp__contact_opening *own)
+{
+    double *share = own->share;
+    int32_t reaches = 1, parts = s->n;
+
+    for (int32_t i = 0; i < s->n; i++) {
+        const double way = fabs(s->shift[i]) * s->h;
+
+        share[i] = way > s->reach[i] ? fmax(s->reach[i], 0.0) / way : 1.0;
+        reaches &= share[i] == 1.0;
+        own->part[i] = i;
+    }
+    if (!reaches) {
+        parts = join_rows(own, &solver->dynamics.M, parts);
+        parts = join_rows(own, &solver->dynamics.H, parts);
+        join_rows(own, &solver->dynamics.G, parts);
+        for (int32_t i = 0; i < s->n; i++) {
+            const int32_t root = perp__root_of(own->part, i);
+
+            share[root] = fmin(share[root], share[i]);
+        }
+        for (int32_t i = 0; i < s->n; i++) {
+            share[i] = share[perp__root_of(own->part, i)];
+            s->shift[i] *= share[i];
+        }
+    }
+    if (s->shares)
+        memcpy(s->shares, share, (size_t)s->n * sizeof *share);
 }
 
 static perp_status open(perp_contact_solver *solver, perp_contact_step *s,
@@ -116,6 +173,8 @@ static perp_status open(perp_contact_solver *solver, perp_contact_step *s,
     status =
         perp__dynamics_velocities(&solver->dynamics, NULL, own->push, s->shift, solver->push_low);
     s->shifts = status == PERP_OK && perp__all_finite(s->shift, (size_t)s->n);
+    if (s->shifts && s->reach)
+        shorten(solver, s, own);
     return status;
 }
 
@@ -131,6 +190,7 @@ perp_status perp__contact_open(perp_contact_solver *solver, perp_contact_step *s
         return PERP_OK;
     own->size = s->gap_count + s->bilateral;
     own->whole = solver->size;
+    own->n = s->n;
     if (own->size != size || own->whole != whole)
         own->gaps = -1; /* the last answer is gone */
     status = perp__arena_fit(&own->arena, solver->context, lay_out, own);

@@ -43,7 +43,7 @@ static void make_metric(const perp_contact_run *run, double h)
 static int32_t wants_look(perp_contact_run *run, const perp_contact_step *s, int32_t bounded,
                           int32_t was_warm)
 {
-    double drive, fastest = 0.0; /* the largest |u| of a row of the contacts that slip */
+    double drive, fastest = 0.0; /* the largest |u| of a row of the contacts that slip; 0: held */
 
     if (s->first && was_warm && s->slips > 0) {
         run->patience -= run->patience > 0;
@@ -53,7 +53,7 @@ static int32_t wants_look(perp_contact_run *run, const perp_contact_step *s, int
             for (int32_t i = s->first[k]; s->modes[k] == PERP_CONTACT_SLIP && i < end; i++)
                 fastest = fmax(fastest, fabs(s->u[i]));
         }
-        if (run->patience == 0 && fastest <= run->look_slip * s->driven)
+        if (fastest > 0.0 && fastest <= run->look_slip * s->driven)
             return 1;
     }
     drive = run->drive ? perp__largest(run->drive, s->n) : 0.0;

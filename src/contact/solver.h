@@ -68,14 +68,16 @@ typedef struct perp__contact_ray {
 typedef struct perp__contact_opening {
     perp_contact_solver *solver; /* NULL until it is first needed */
     perp__arena arena;
-    int32_t size, whole; /* rows with gaps and equations; of the solver */
-    int32_t gaps;        /* of the answer in start; -1: there is none */
-    int32_t patience;    /* steps in which overlaps are taken to contradict each other */
-    int32_t *rows;       /* own, of the solver; */
-    int32_t *position;   /* and back, or -1 */
+    int32_t size, whole, n; /* rows with gaps and equations; of the solver; velocities */
+    int32_t gaps;           /* of the answer in start; -1: there is none */
+    int32_t patience;       /* steps in which overlaps are taken to contradict each other */
+    int32_t *rows;          /* own, of the solver; */
+    int32_t *position;      /* and back, or -1 */
     int32_t *dims;
+    int32_t *part;                    /* n: of each velocity, those that are shortened together */
+    int32_t *first;                   /* of each row of M, H or G: a velocity */
     double *W, *q, *r, *start, *sign; /* size by size; size */
-    double *push;                     /* whole */
+    double *push, *share;             /* whole; n */
 } perp__contact_opening;
 
 /* Rows as perp_contact_solver_arrange has arranged them: rows.c. */

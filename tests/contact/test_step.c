@@ -182,6 +182,38 @@ static void test_overlaps_that_contradict_each_other(void **state)
     near(shift[1], 3e-2 / H_STEP, 1e-8); /* tol, of 1 m/s: from the last answer */
 }
 
+/* y and the slider, which the contact's row joins, go half as far where one of them may; x, which
+ * nothing joins with them, is opened by the other row's 1 cm in full, and shortened alone. */
+static void test_overlaps_are_taken_away_within_a_reach(void **state)
+{
+    static const int32_t rows[2] = {0, 2}, sources[2] = {3, 0};
+    static const double reaches[2][N] = {{INFINITY, 2e-3, INFINITY}, {1e-3, INFINITY, INFINITY}};
+    const double g = 6e-3 / H_STEP; /* y and s alone: 2/3 of it each, x: 1 cm a step */
+    block *b = *state;
+    static double shift[N], shares[N];
+
+    b->J[3 * N + 2] = 0.5, b->J[0] = 1.0, b->J[2] = 0.0;
+    b->lower = 0.0, b->bound = INFINITY;
+    b->step.by_rows = 1;
+    b->step.shift = shift, b->step.slop = 0.0, b->step.correction = 1.0;
+    b->step.gap_count = 2, b->step.gap_rows = rows, b->step.gap_sources = sources;
+    b->gaps[3] = -6e-3, b->gaps[0] = -1e-2;
+    b->step.shares = shares;
+    for (int k = 0; k < 2; k++) {
+        const double of_y = k == 0 ? 0.5 : 1.0, of_x = k == 0 ? 1.0 : 0.1;
+
+        b->step.reach = reaches[k];
+        b->step.rests = 0;
+        advance(b);
+        near(shift[0], of_x * 1e-2 / H_STEP, CLOSE);
+        near(shift[1], of_y * 2.0 / 3.0 * g, CLOSE);
+        near(shift[2], of_y * 2.0 / 3.0 * g, CLOSE);
+        near(shares[0], of_x, CLOSE);
+        near(shares[1], of_y, CLOSE);
+        near(shares[2], of_y, CLOSE);
+    }
+}
+
 static void test_hand_back_takes_what_it_is_given(void **state)
 {
     block *b = *state;
@@ -292,6 +324,7 @@ int main(void)
         TEST(test_overlaps_are_taken_away),
         TEST(test_overlaps_close_nothing_else),
         TEST(test_overlaps_that_contradict_each_other),
+        TEST(test_overlaps_are_taken_away_within_a_reach),
         TEST(test_overlaps_beyond_numbers),
     };
 

@@ -510,6 +510,8 @@ class ContactStep(Structure):
         ("first", c_void_p),
         ("restitution", c_double),
         ("speeds", c_void_p),
+        ("reach", c_void_p),
+        ("shares", c_void_p),
     ]
 
 

@@ -20,7 +20,7 @@ import mujoco as mj  # type: ignore[import-untyped]
 import numpy as np
 from numpy.typing import NDArray
 
-from ._mujoco_model import FAST, RK4
+from ._mujoco_model import FAST, RK4, turns
 from ._mujoco_run import has_callbacks
 from ._mujoco_tangents import TURNS, Contacts, Dynamics, Kinematics, Tree, has_constant_rows
 
@@ -197,8 +197,12 @@ def _shares(push: Array, du: Array, active: _Active, loose: Array, r: Array) -> 
 class _Opening:
     """The velocity that takes overlaps away, and the rows that make it."""
 
-    def __init__(self, shift: Array) -> None:
-        self.shift, self.moves, self.is_one = shift, bool(shift.any()), True
+    def __init__(self, shift: Array, shares: Array) -> None:
+        """shift: as it was made, which is `shares` of self.shift."""
+        self.made, self.moves, self.is_one = shift, bool(shift.any()), True
+        self.shift, self._shares = (shift / shares if self.moves else shift), shares
+        self._reached = np.zeros(len(shift), dtype=int)
+        self.at_once = False  # whether several coordinates of one part are at their reach
 
     def read(self, metric: tuple[Array, Array], A: Array, G: Array, g: Array) -> None:
         """metric: M and its inverse."""
@@ -224,6 +228,25 @@ class _Opening:
             return _solve(metric, J, holds, self.push, dF, du)
         free = -(inverse @ dF)
         return free - inverse @ (J.T @ (self.response @ (du + J @ free))), True
+
+    def find_reached(self, turns: Array, M: Array, J: Array) -> None:
+        """Of each coordinate that is shortened: the one at its reach in its part, which M and rows
+        join."""
+        rows = (J != 0.0).astype(float)
+        joined = ((M != 0.0) | (rows.T @ rows > 0.0)).astype(float)
+        while (wider := (joined @ joined > 0.0).astype(float)).sum() > joined.sum():
+            joined = wider
+        ways = joined * (turns * np.abs(self.made))
+        self._reached, most = np.argmax(ways, axis=1), ways.max(axis=1)
+        near = (ways >= (1.0 - _EDGE) * most[:, None]).sum(1)
+        self.at_once = bool((near[self._shares < 1.0] > 1).any())
+
+    def shorten(self, ds: Array) -> Array:
+        """Changes of the shift as it is made, of those of self.shift: s_m / |s_m| stays."""
+        changes, short = ds.copy(), np.flatnonzero(self._shares < 1.0)
+        reached = self._reached[short]
+        changes[short] -= self.shift[short, None] * ds[reached] / self.shift[reached, None]
+        return np.asarray(self._shares[:, None] * changes)
 
 
 class _Rows:
@@ -365,7 +388,10 @@ class Linearization:
         self._active = _read(self._rows.laws, count, self._J, self._inverse, self._r, u)
         self._scale = max(solver.numbers.driven, solver.numbers.fastest, 1e-300)
         shift = solver.shift
-        self._opening = _Opening(np.zeros(0) if shift is None else shift.copy())
+        made = np.zeros(0) if shift is None else shift.copy()
+        self._opening = _Opening(made, solver.shares.copy())
+        if self._opening.moves and (solver.shares < 1.0).any():
+            self._opening.find_reached(turns(self.model), self._M, self._J)
         if self._opening.moves:
             A, G, gaps = self._J[self._rows.gaps], self._J[count:], self._gaps[self._rows.gaps]
             self._opening.read(metric, A, G, self._to_open(gaps))
@@ -729,12 +755,13 @@ class Linearization:
         state = np.concatenate([moved @ dv, dv, changes[n:]])
         if opening.moves:
             ds, other = opening.changes(metric, opened[:n], opened[n:])
-            state[:n, :n] += moved @ ds
+            state[:n, :n] += moved @ opening.shorten(ds)
         state[:n, :n] += turned
         margins = self._active.margins / self._scale
         index = int(np.argmin(margins)) if len(margins) else None
         margin = float(margins[index]) if index is not None else np.inf
-        determined, edge = one and other and opening.is_one, margin < _EDGE or self._held.any()
+        determined = one and other and opening.is_one
+        edge = margin < _EDGE or self._held.any() or opening.at_once
         verdict = "singular" if not determined else "degenerate" if edge else "regular"
         return Derivatives(state[:, : 2 * n + na], state[:, 2 * n + na :], verdict, margin, index)
 
@@ -744,7 +771,7 @@ class Linearization:
         turned, moved = np.eye(model.nv), h * np.eye(model.nv)
         v, nothing = self._v, np.zeros(3)
         if self._opening.moves:
-            v = v + self._opening.shift
+            v = v + self._opening.made
         for first in self._turning:
             here, of_place, of_velocity = slice(first, first + 3), np.zeros(9), np.zeros(9)
             mj.mjd_quatIntegrate(v[here], h, of_place, of_velocity, nothing)

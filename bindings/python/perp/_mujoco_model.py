@@ -85,6 +85,14 @@ class Borrowed:
         return self._lent.mine
 
 
+def turns(model: Any) -> Any:
+    """Of each velocity: whether its coordinate is an angle."""
+    of = model.dof_jntid
+    slides = model.jnt_type[of] == mj.mjtJoint.mjJNT_SLIDE
+    moves = model.jnt_type[of] == mj.mjtJoint.mjJNT_FREE
+    return ~(slides | (moves & (np.arange(model.nv) < model.jnt_dofadr[of] + 3)))
+
+
 class Damping:
     """The diagonal that MuJoCo's Euler takes implicitly: of joints, and of actuators at them."""
 

@@ -128,10 +128,11 @@ class RowSolver(Handle):
         structs = self.numbers, self.result, self._laws, self._dynamics
         self._by_reference = tuple(byref(x) for x in structs)
         self._f, self.v, self.acceleration, self.force, self._shift = np.zeros((5, n))
+        self.shares = np.ones(n)  # what shift is of what would open overlaps at once
         self.numbers.n = n
         self.bind(
             f=self._f, v=self.v, acceleration=self.acceleration, force_of_rows=self.force,
-            shift=self._shift,
+            shift=self._shift, shares=self.shares,
         )  # fmt: skip
         self.how = Solved("iteration_limit", False, np.inf, 0, "auto")
         self.patience = self._pause = 0
@@ -165,6 +166,12 @@ class RowSolver(Handle):
         """J and the gaps of its rows, where they do not move from step to step."""
         self._cells = c_void_p(_arrays.address(J)), c_void_p(_arrays.address(gaps))
         self.numbers.J, self.numbers.gaps = (addressof(x) for x in self._cells)
+
+    def set_reach(self, turns: NDArray[Any]) -> None:
+        """How far a shift goes: coordinates that turn, by the share of a radian that a step takes
+        away of an overlap. Rows are those of a place, and say nothing farther away."""
+        self._reach = np.where(turns, self.numbers.correction, np.inf)
+        self.bind(reach=self._reach)
 
     def set_mass(
         self, sources: Indices, diagonal: Indices, starts: Any = None, indices: Any = None
@@ -382,7 +389,7 @@ class RowSolver(Handle):
         of_contacts = np.abs(self.u[: self.rows - self._laws.bounded])
         speeds = np.maximum.reduceat(of_contacts, first)[slips]
         tol = self._settings.tol
-        if speeds.max() > 100.0 * tol * self.numbers.driven:
+        if not 0.0 < speeds.max() <= 100.0 * tol * self.numbers.driven:
             return how
         kept = [x.copy() for x in (self.v, self.r, self.u, self.modes)]
         ended, laws = CResult.from_buffer_copy(self.result), self.laws

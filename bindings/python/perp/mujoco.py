@@ -168,6 +168,7 @@ class Stepper:
         self.solver.set_mass(*self._places_of_mass)
         self.solver.numbers.correction, self.solver.numbers.slop = self.correction, self._slop
         self.solver.numbers.restitution = self.restitution
+        self.solver.set_reach(_model.turns(self.model))
         self._runner: Optional[Runner] = None
         self._bound: Any = lambda: None  # data, while they last, and what else the numbers go by
         self._bound_by: tuple[int, int] = (-1, -1)

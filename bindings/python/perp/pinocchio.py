@@ -178,6 +178,8 @@ class Stepper:
         )
         self._solver.numbers.h, self._solver.numbers.correction = h, correction
         self._solver.numbers.slop = slop
+        pin.computeJointJacobians(model, self.data, pin.neutral(model))
+        self._solver.set_reach((self.data.J[3:] != 0.0).any(0))
         self._supports = np.zeros((model.njoints, n), dtype=bool)
         for j in range(1, model.njoints):
             for k in model.supports[j]:

@@ -386,6 +386,42 @@ def test_robots_of_parts_that_overlap_come_apart():
     assert data.ncon == 2 and abs(data.qpos[0]) < 1e-4
 
 
+LEG = """
+<body pos="{x:.3f} {y:.3f} 0"><geom size=".02" mass=".1"/><body>
+  <joint name="x{k}" axis="1 0 0" limited="true" range="-60 60"/>
+  <joint name="y{k}" axis="0 1 0" limited="true" range="-60 60"/>
+  <joint name="z{k}" axis="0 0 1" limited="true" range="-60 60"/>
+  <geom type="capsule" size="{radius:.3f}" fromto="0 0 .05 0 0 -.3"/>
+  <body pos="0 0 -.35"><joint name="k{k}" axis="0 1 0" limited="true" range="-1 120"/>
+    <geom type="capsule" size=".03" fromto="0 0 0 0 0 -.25"/></body></body></body>
+"""
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_links_that_overlap_beside_their_hinges_keep_their_limits(seed):
+    """Legs are modelled into a trunk that no angle of their hips takes them out of: joints stay
+    within their limits, but for a step's turn of the correction and one of the torques."""
+    rng = np.random.default_rng(seed)
+    quarters = (1, 1), (1, -1), (-1, 1), (-1, -1)
+    places = [(x * rng.uniform(0.03, 0.1), y * rng.uniform(0.03, 0.1)) for x, y in quarters]
+    radii = [rng.uniform(0.02, 0.06) for _ in places]
+    legs = [LEG.format(k=k, x=places[k][0], y=places[k][1], radius=radii[k]) for k in range(4)]
+    motors = [f'<motor joint="{axis}{k}" gear="3"/>' for k in range(4) for axis in "xyzk"]
+    model, data = scene(
+        '<geom type="plane" size="3 3 1"/><body pos="0 0 .8"><freejoint/>'
+        f'<geom type="capsule" size=".1" fromto="0 -.12 0 0 .12 0" mass="5"/>{"".join(legs)}</body>',
+        rest=f"<actuator>{''.join(motors)}</actuator>",
+    )
+    low, high = model.jnt_range[1:].T
+    for k in range(300):
+        if k % 50 == 0:
+            data.ctrl[:] = rng.uniform(-1.0, 1.0, model.nu)
+        perp.mujoco.step(model, data)
+        place = data.qpos[7:]
+        assert np.maximum(low - place, place - high).max() <= 2.0 * 0.2
+    assert data.time == pytest.approx(0.6)  # nothing was reset
+
+
 def test_step_keeps_its_solver_and_says_how_it_ended():
     model, data = slope(0.5, BOX.format(mu=0.6), start="0 0 .04999")
     first = perp.mujoco.step(model, data)

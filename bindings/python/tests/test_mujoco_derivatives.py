@@ -99,6 +99,17 @@ MODELS = {
         ),
         [0.3, 0.2],
     ),
+    "a link is deep in a ball beside its hinge, and turns by a fifth of a radian": (
+        lambda: load(
+            '<geom size=".1" pos="0 0 -.1"/><body><joint name="a" axis="0 1 0"/>'
+            '<geom size=".05" pos=".03 0 0"/><body pos=".2 0 0"><joint name="b" axis="0 1 0"/>'
+            '<geom size=".02" pos=".1 0 .1"/></body></body>'
+            '<geom size=".1" pos="1 0 -.1"/><body pos="1.02 0 .04"><freejoint/>'
+            '<geom size=".05"/></body>',
+            DRIVES,
+        ),
+        [0.3, 0.2, 0, 0, 0, 0.1, 0.2, 0.3],
+    ),
     "a hopper stands": (lambda: load(FLOOR.format("") + HOPPER, DRIVES), "land"),
     "a hopper slides": (lambda: load(FLOOR.format("") + HOPPER, DRIVES), "push"),
 }  # fmt: skip
