@@ -14,7 +14,8 @@
  * parts (adaptive.c); where these cannot be J(q0) serves for all, which is of first order.
  *
  * Paths and Wm are those of the round before, to begin with those of v0, or what all rounds so far
- * tell of them. Two rounds are second order. Numbers of angular velocities are w1 = R1 W1, with R1 of the path at hand. */
+ * tell of them. Two rounds are second order. Numbers of angular velocities are w1 = R1 W1, with R1
+ * of the path at hand. */
 #include "world/joints/joints.h"
 
 #include <float.h>
