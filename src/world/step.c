@@ -88,6 +88,12 @@ static void add_time(const perp_world *world, double *clock, double *seconds)
     *clock = now;
 }
 
+int32_t perp__takes_parts(const perp_world *world, const perp__solve_summary *summary)
+{
+    return summary->rough && world->divides > 0 &&
+           world->divides < (perp__is_good(summary->outcome) ? MOST_PARTS : FEW_PARTS);
+}
+
 /* Contacts and the velocities that meet them. */
 static perp_status solve_velocities(perp_world *world, double h, perp__solve_summary *summary,
                                     perp_world_stats *stats, double *clock)
@@ -202,8 +208,7 @@ static perp_status try_step(perp_world *world, perp_step_result *result, perp_wo
     PERP__THEN(status, solve_velocities(world, h, &summary, stats, clock));
     if (status != PERP_OK || world->awake_changed)
         return status;
-    world->rough = summary.rough && world->divides > 0 &&
-                   world->divides < (perp__is_good(summary.outcome) ? MOST_PARTS : FEW_PARTS);
+    world->rough = perp__takes_parts(world, &summary);
     result->advanced = 0;
     if (!world->rough && (summary.endless || summary.outcome == PERP_OUTCOME_RAY))
         status = check_contacts(world);

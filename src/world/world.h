@@ -311,6 +311,7 @@ typedef struct perp__island_work {
     double *factors, *origins;         /* of the bodies, perp__rigid_problem */
     double *start, *gain;              /* numbers: before the step, and what forces add in it */
     double *now, *drift;               /* numbers: velocities, and the way so far */
+    double *tried;                     /* PERP__TRIED a body and round: trial.c */
     double *free, *v, *moving;         /* numbers: of the interval at hand */
     int32_t *carrier, *modes;          /* bodies; contacts chosen */
     double *impulse, *velocity, *warm; /* 3 a contact chosen */

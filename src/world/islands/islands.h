@@ -118,6 +118,8 @@ typedef struct perp__solve_summary {
     int32_t endless;  /* contacts that are not finite */
     int32_t sketched; /* islands that are to be solved yet */
 } perp__solve_summary;
+/* Whether that is given up, for more parts of the step. */
+int32_t perp__takes_parts(const perp_world *world, const perp__solve_summary *summary);
 
 perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary);
 /* An island by its number, to which contacts came, or joints; it writes to nothing but what is its

@@ -14,6 +14,7 @@ static void lay_out(perp__arena *arena, void *object)
     perp__island_work *work = &world->work;
     const size_t bodies = (size_t)work->max_bodies, contacts = (size_t)work->max_contacts;
     const size_t numbers = bodies * (size_t)world->dof;
+    const size_t rounds = 1 + (size_t)perp__levels[world->settings.accuracy].rounds;
 
     work->rows = perp__arena_take(arena, contacts, sizeof *work->rows);
     work->factors = perp__arena_take(arena, numbers * (size_t)world->dof, sizeof(double));
@@ -23,6 +24,7 @@ static void lay_out(perp__arena *arena, void *object)
     work->before = perp__arena_take(arena, bodies, sizeof *work->before);
     work->paths = perp__arena_take(arena, bodies, sizeof *work->paths);
     work->origins = perp__arena_take(arena, 3 * bodies, sizeof(double));
+    work->tried = perp__arena_take(arena, PERP__TRIED * rounds * bodies, sizeof(double));
     PERP__INTEGERS(arena, contacts, &work->chosen, &work->modes);
     PERP__DOUBLES(arena, 3 * contacts, &work->impulse, &work->velocity, &work->warm,
                   &work->solved_rows, &work->turning);

@@ -338,7 +338,8 @@ perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary
         }
         if (status == PERP_OK && came > 0)
             status = solve_changed(world, h, summary);
-    } while (status == PERP_OK && came > 0);
+    } while (status == PERP_OK && came > 0 &&
+             (world->sketches || !perp__takes_parts(world, summary)));
     world->sketches = 0;
     return status;
 }

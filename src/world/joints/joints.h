@@ -65,13 +65,16 @@ void perp__twist_now(const perp_world *world, int32_t body, double *twist);
 void perp__find_paths(perp_world *world, const perp__island *island, double t);
 /* Whether the interval is to be solved again, by the motion work.moving and work.v that it led to.
  */
+enum { PERP__TRIED = 18 }; /* numbers a body and round: 6 that its trial missed, 12 it led to */
 typedef struct perp__rounds {
     int32_t most;        /* rounds to come to a motion that settles */
     int32_t done, extra; /* with all limits; and until these were reached */
     int32_t coarse;      /* rows are those of the interval's beginning */
     double change, turn; /* of the last one */
-    double swerve;       /* of the change, what is an angle */
-    int32_t parts; /* each round takes the motion farther from any: the interval is too long */
+    double first,
+        earlier;   /* change, of the first with all limits, and of the one before the last */
+    double swerve; /* of the change, what is an angle */
+    int32_t parts; /* they come to no motion: the interval is too long */
 } perp__rounds;
 int32_t perp__goes_round(perp_world *world, const perp__island *island, double t,
                          perp__rounds *rounds);

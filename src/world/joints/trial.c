@@ -13,14 +13,16 @@
  * That gives no energy as far as its path is known. Where it is not, the step is rough and taken in
  * parts (adaptive.c); where these cannot be J(q0) serves for all, which is of first order.
  *
- * Paths and Wm are those of the round before, to begin with those of v0. Two rounds are second
- * order. Numbers of angular velocities are w1 = R1 W1, with R1 of the path at hand. */
+ * Paths and Wm are those of the round before, to begin with those of v0, or what all rounds so far
+ * tell of them. Two rounds are second order. Numbers of angular velocities are w1 = R1 W1, with R1
+ * of the path at hand. */
 #include "world/joints/joints.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
+#include "linalg/matrix.h"
 #include "linalg/spatial.h"
 
 /* Change of the motion, in radians and sizes, that ends rounds of what swings, to keep its energy;
@@ -455,58 +457,112 @@ static void find_common(const perp_world *world, const perp__island *island, dou
         common[k] = world->work.moving[k] - first->trial[k];
 }
 
+/* y -= c x of n numbers, the first m of which y then has none of along x. */
+static void leave_out(double *y, const double *x, int32_t m, int32_t n)
+{
+    const double square = perp__dot(x, x, m);
+    const double c = square > 0.0 ? perp__dot(x, y, m) / square : 0.0;
+
+    for (int32_t k = 0; k < n; k++)
+        y[k] -= c * x[k];
+}
+
+/* The next trial is what the round led to, g, but for what the rounds so far tell of the way there.
+ * Of two in turn, what they lead to differs by dg, and what their trials miss, f = g - x, by df. If
+ * that goes on, least is missed at g - sum c_k dg_k, c_k = f.df_k / |df_k|^2, with each df freed of
+ * those before it, and its dg with it: Anderson's method (J. ACM 12 (1965) 547). A df of which less
+ * than half of its digits are left tells nothing. */
+static void choose_trial(const perp_world *world, const perp__island *island, int32_t round)
+{
+    const int32_t n = PERP__TRIED * island->bodies, six = 6 * island->bodies;
+    double *first = world->work.tried, *now = first + (size_t)round * (size_t)n, *next = now + n;
+    double *last = now - n, whole;
+
+    /* 1. the round before becomes what it differs by from this one */
+    for (int32_t k = 0; k < n && round > 0; k++)
+        last[k] = now[k] - last[k];
+    whole = round > 0 ? perp__dot(last, last, six) : 0.0;
+    for (double *way = first; way < last; way += n)
+        leave_out(last, way, six, n);
+    if (round > 0 && !(perp__dot(last, last, six) > DBL_EPSILON * whole))
+        memset(last, 0, (size_t)n * sizeof *last);
+    /* 2. what is missed along all of these is left out */
+    memcpy(next, now, (size_t)n * sizeof *next);
+    for (double *way = first; way < now; way += n)
+        leave_out(next, way, six, n);
+    for (int32_t i = 0; i < island->bodies; i++) {
+        memcpy(perp__island_motion(world, island, i)->trial, next + six + 12 * i, 6 * sizeof *next);
+        memcpy(perp__island_motion(world, island, i)->last, next + six + 12 * i + 6,
+               6 * sizeof *next);
+    }
+}
+
+/* What trials missed and the last round led to; by how much that differs. */
+static void measure_change(const perp_world *world, const perp__island *island, double t,
+                           perp__rounds *rounds)
+{
+    const perp__island_work *work = &world->work;
+    double *missed = work->tried + (size_t)PERP__TRIED * (size_t)(rounds->done * island->bodies);
+    double *found = missed + 6 * island->bodies, common[6];
+
+    find_common(world, island, common);
+    rounds->change = rounds->swerve = 0.0;
+    for (int32_t i = 0; i < island->bodies; i++, missed += 6, found += 12) {
+        perp__motion *motion = perp__island_motion(world, island, i);
+        const double radius = world->bodies[work->members[i]].radius;
+
+        perp__twist_of(world, work->moving + world->dof * i, found);
+        perp__twist_of(world, work->v + world->dof * i, found + 6);
+        for (int32_t k = 0; k < 6; k++) {
+            missed[k] = t * (found[k] - motion->trial[k] - common[k]);
+            if (k < 3 && radius > 0.0)
+                missed[k] /= radius;
+            perp__raise_to(k < 3 ? &rounds->change : &rounds->swerve, fabs(missed[k]));
+        }
+        memcpy(motion->trial, found, sizeof motion->trial);
+        memcpy(motion->last, found + 6, sizeof motion->last);
+    }
+    perp__raise_to(&rounds->change, rounds->swerve);
+    if (rounds->done == 0)
+        rounds->first = rounds->change;
+}
+
 int32_t perp__goes_round(perp_world *world, const perp__island *island, double t,
                          perp__rounds *rounds)
 {
-    const perp__island_work *work = &world->work;
-    const int32_t n = world->dof;
     const double before = rounds->change;
-    const double settled = perp__swings(world, island) ? SETTLED : perp__exact_tol(world);
-    double common[6];
+    const int32_t swings = perp__swings(world, island);
+    const double settled = swings ? SETTLED : perp__exact_tol(world);
     int32_t lost;
 
-    rounds->turn = fmax(rounds->turn, turn_of(world, island)); /* of any of the paths tried */
-
     /* 1. the motion that was found is the next trial; by how much it differs */
-    find_common(world, island, common);
-    rounds->change = rounds->swerve = 0.0;
-    for (int32_t i = 0; i < island->bodies; i++) {
-        perp__motion *motion = perp__island_motion(world, island, i);
-        const double size = world->bodies[work->members[i]].radius;
-        double moving[6];
-
-        perp__twist_of(world, work->moving + n * i, moving);
-        for (int32_t k = 0; k < 6; k++) {
-            const double displacement = t * fabs(moving[k] - motion->trial[k] - common[k]);
-            const int32_t scaled = k < 3 && size > 0.0;
-
-            perp__raise_to(&rounds->change, scaled ? displacement / size : displacement);
-            if (k >= 3)
-                perp__raise_to(&rounds->swerve, displacement);
-        }
-        memcpy(motion->trial, moving, sizeof moving);
-        perp__twist_of(world, work->v + n * i, motion->last);
-    }
+    rounds->turn = fmax(rounds->turn, turn_of(world, island)); /* of any of the paths tried */
+    measure_change(world, island, t, rounds);
     if (rounds->coarse) { /* what is linear there is so as far as that motion turns little */
         perp__find_paths(world, island, t);
         rounds->turn = fmax(rounds->turn, turn_of(world, island));
         return 0;
     }
 
-    /* 2. again for limits that it reached, and until it is settled; what turns too far to settle,
-     * or farther from round to round, has the rows of the interval's beginning at last */
-    lost = !(rounds->swerve <= FAR) && !(rounds->change <= before);
+    /* 2. again for limits that it reached, and until it is settled, unless two rounds leave too
+     * much; what turns too far to settle, or does not, has the rows of the beginning at last */
+    lost = !(rounds->swerve <= FAR) && rounds->done > 1 && !(rounds->change <= rounds->first);
     if (!lost && rounds->most > 1 && reach_limits(world, island, t) > 0 &&
         rounds->extra++ < EXTRA_ROUNDS) {
         rounds->done = 0;
         rounds->change = INFINITY;
         return 1;
     }
-    if (!lost && ++rounds->done < rounds->most && rounds->change > settled &&
-        (rounds->done < 3 || rounds->change <= ENOUGH * before))
+    if (!lost && rounds->done + 1 < rounds->most && rounds->change > settled &&
+        (rounds->done < 2 || rounds->change <= ENOUGH * rounds->earlier)) {
+        rounds->earlier = before;
+        if (!swings) /* which settles to rounding, as secants do not */
+            choose_trial(world, island, rounds->done);
+        rounds->done++;
         return 1;
-    rounds->parts = rounds->change > settled && !(rounds->change <= before);
-    rounds->coarse = (rounds->parts || !(rounds->swerve <= FAR)) && !perp__swings(world, island);
+    }
+    rounds->parts = rounds->change > settled && !(rounds->change <= rounds->first);
+    rounds->coarse = (rounds->parts || !(rounds->swerve <= FAR)) && !swings;
     if (rounds->coarse)
         perp__stop_trial(world, island);
     return rounds->coarse;
