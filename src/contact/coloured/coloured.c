@@ -332,7 +332,7 @@ static void run_passes(job *at)
     if (c->part->problem->warm) {
         run_pass(at, PERP__COLOURED_ADD, c->y);
         perp__joint_block_add(&c->joints, c->y);
-        (void)perp__joint_block_solve(&c->joints, 0.0, c->y);
+        (void)perp__joint_block_solve(&c->joints, 1.0, 0.0, c->y);
     }
     for (int32_t k = 0; k < c->parts && c->part->problem->warm; k++)
         judge_start(c, &c->part[k]);
@@ -345,7 +345,7 @@ static void run_passes(job *at)
                 keep_momentum(at);
             before = lack;
             run_pass(at, PERP__COLOURED_SWEEP, c->y);
-            lack = perp__joint_block_solve(&c->joints, c->part->momentum, c->y);
+            lack = perp__joint_block_solve(&c->joints, 1.0, c->part->momentum, c->y);
             ends = c->points == 0 && !(lack > 0.0 && lack < 0.5 * before);
         }
     } while (end_parts(c, passes, ends) > 0);
@@ -380,7 +380,7 @@ static void clear_penetration(job *at)
     memset(c->before, 0, size * sizeof *c->before);
     for (int32_t k = 0; k < most; k++) {
         run_pass(at, PERP__COLOURED_CLEAR, c->before);
-        perp__joint_block_project(&c->joints, c->before);
+        (void)perp__joint_block_solve(&c->joints, 0.0, 0.0, c->before);
     }
     for (size_t i = 0; i < size; i++)
         c->moved[i] += c->before[i];

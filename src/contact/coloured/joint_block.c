@@ -79,13 +79,15 @@ perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context
                                      const perp__rigid_problem *problem)
 {
     double ridge = PERP__RIDGE;
-    int32_t rows = 0;
+    int32_t rows = 0, keeps;
     size_t size;
     perp_status status;
 
     for (int32_t k = problem->contacts; k < problem->contacts + problem->joints; k++)
         rows += problem->rows[k].dim;
-    b->rows = b->factored = 0;
+    keeps = b->keeps && b->factored && rows == b->rows && problem->bodies == b->factor.bodies;
+    b->keeps = b->rows = 0;
+    b->factored = keeps;
     if (rows == 0)
         return PERP_OK;
     perp__raise_room(&b->most_rows, rows);
@@ -100,6 +102,8 @@ perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context
 
             b->w[n] = g->bias[i];
             b->r[n] = b->last[n] = problem->warm ? problem->warm[3 * k + i] : 0.0;
+            if (keeps)
+                continue;
             read_row(b, problem, g, i, n);
             /* the next lane of its node, or the first one of the next */
             b->lane[n] =
@@ -108,6 +112,8 @@ perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context
                     : PERP__NODE * ((last + PERP__NODE) / PERP__NODE);
         }
     }
+    if (keeps)
+        return PERP_OK;
     status = perp__joint_factor_open(&b->factor, context, b->lane[rows - 1] / PERP__NODE + 1,
                                      problem->bodies);
     if (status == PERP_OK)
@@ -168,45 +174,28 @@ PERP__MULTIVERSION(multiply, (perp__joint_block * b, const double *y), (b, y))
     }
 }
 
-/* b->error := K^-1 (P y + share w), and y less what that pushes. Returns the largest that a row
- * lacked before. */
-static double meet(perp__joint_block *b, double share, double *y)
+double perp__joint_block_solve(perp__joint_block *b, double share, double momentum, double *y)
 {
-    double *e = b->error, largest = 0.0;
+    double *e = b->error, largest = b->rows > 0 && !b->factored ? INFINITY : 0.0;
 
-    if (!b->factored) {
-        memset(e, 0, (size_t)b->rows * sizeof *e);
-        return INFINITY;
-    }
-    multiply(b, y);
-    for (int32_t n = 0; n < b->rows; n++) {
+    if (b->factored)
+        multiply(b, y);
+    for (int32_t n = 0; n < b->rows && b->factored; n++) {
         double *lack = &b->x[b->lane[n]];
 
         *lack += share * b->scale[n] * b->w[n];
         largest = fabs(*lack) > largest ? fabs(*lack) : largest;
     }
-    perp__joint_factor_solve(&b->factor, b->x);
-    for (int32_t n = 0; n < b->rows; n++)
-        e[n] = b->scale[n] * b->x[b->lane[n]];
-    push(b, -1.0, e, y);
-    return largest;
-}
-
-double perp__joint_block_solve(perp__joint_block *b, double momentum, double *y)
-{
-    const double lack = b->rows > 0 ? meet(b, 1.0, y) : 0.0;
-
+    if (b->factored)
+        perp__joint_factor_solve(&b->factor, b->x);
     for (int32_t n = 0; n < b->rows; n++) {
         const double now = b->r[n];
 
-        b->r[n] = now + momentum * (now - b->last[n]) - b->error[n];
+        e[n] = b->factored ? b->scale[n] * b->x[b->lane[n]] : 0.0;
+        b->r[n] = now + momentum * (now - b->last[n]) - e[n];
         b->last[n] = now;
     }
-    return lack;
-}
-
-void perp__joint_block_project(perp__joint_block *b, double *y)
-{
-    if (b->rows > 0)
-        (void)meet(b, 0.0, y);
+    if (b->factored)
+        push(b, -1.0, e, y);
+    return largest;
 }

@@ -32,6 +32,7 @@ typedef struct perp__joint_block {
     double *x;                    /* lanes */
     double most_angle; /* > 0: rows as near to others as this times their number are left out, and K
                           has no ridge */
+    int32_t keeps;     /* the next set-up reads biases only, if it has as many rows; then 0 */
 } perp__joint_block;
 
 /* Reads the joints of the problem, whose contacts come first, and factors K. PERP_OK or _MEMORY. */
@@ -46,11 +47,9 @@ void perp__joint_block_release(perp__joint_block *block);
 /* y += P' r. */
 void perp__joint_block_add(const perp__joint_block *block, double *y);
 
-/* r goes on by a share of its last change, as y did already, and then meets the equations. Returns
- * the largest that a row of a unit diagonal lacked: infinity where K has no factors. */
-double perp__joint_block_solve(perp__joint_block *block, double momentum, double *y);
-
-/* The same of a pass over positions: y meets P y = 0, r stays. */
-void perp__joint_block_project(perp__joint_block *block, double *y);
+/* y meets P y + share w = 0; r goes on by `momentum` of its last change, as y did already, and by
+ * what that takes. Returns the largest that a row of a unit diagonal lacked: infinity where K has
+ * no factors. */
+double perp__joint_block_solve(perp__joint_block *block, double share, double momentum, double *y);
 
 #endif

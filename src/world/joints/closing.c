@@ -63,14 +63,17 @@ static void let_contacts_go(perp_world *world, const perp__island *island, doubl
                                           PERP__TWIST_SHIFT);
 }
 
-/* Limits that are passed take part from now on; returns how many came. */
-static int32_t shut_limits(perp_world *world, const perp__island *island)
+/* Limits that are passed take part now; returns how many came. *allowed: what joints may lack. */
+static int32_t shut_limits(perp_world *world, const perp__island *island, double *allowed)
 {
     int32_t came = 0;
 
+    *allowed = 0.0;
     for (int32_t i = 0; i < island->joints; i++) {
         perp__joint *joint = perp__island_joint(world, island, i);
         const perp__joint_state *state = perp__state_of(world, joint);
+
+        *allowed += joint->allowed;
         for (int32_t k = 0; k < 2; k++)
             if (!joint->closing[k] && (k == 0 ? joint->end.coordinate < state->lower
                                               : joint->end.coordinate > state->upper))
@@ -115,9 +118,9 @@ static void see_long_ways(perp_world *world, const perp__island *island, int32_t
 perp_status perp__close_island(perp_world *world, const perp__island *island, double t,
                                int32_t *changed)
 {
-    double error = perp__island_errors(world, island), left;
+    double error = perp__island_errors(world, island), left, allowed;
     int32_t slow, stuck, came, sunk, held = perp__has_put(world, island) ? -1 : 0, far = 0,
-                                     equally = 0;
+                                     equally = 0, keeps = 0, near = 0, moved;
 
     if (error == 0.0)
         return PERP_OK;
@@ -127,19 +130,20 @@ perp_status perp__close_island(perp_world *world, const perp__island *island, do
                     world->next[world->body_order[island->first_body + i]].position);
     for (int32_t i = 0; i < island->joints; i++)
         memset(perp__island_joint(world, island, i)->closing, 0, 2 * sizeof(int32_t));
-    (void)shut_limits(world, island);
+    (void)shut_limits(world, island, &allowed);
     for (int32_t pass = 0; pass < PASSES && error > 0.0; pass++) {
         double share = 1.0;
         perp_status status;
 
         perp__pose_positions(world, island, PERP__ROWS_OF_CLOSING, equally);
+        world->coloured.joints.keeps = keeps;
         status = perp__solve_equations(world, island, held > 0 ? SWEEPS : 1, NULL);
         if (status == PERP_ERROR_MEMORY)
             return status;
         go_there(world, island, 1.0);
         left = perp__island_errors(world, island);
         sunk = held < 0 ? 0 : shut_contacts(world, island);
-        came = shut_limits(world, island);
+        came = shut_limits(world, island, &allowed);
         while (!(left < error) && came + sunk == 0 && share > SHORTEST) {
             share *= 0.5;
             go_there(world, island, share);
@@ -148,7 +152,13 @@ perp_status perp__close_island(perp_world *world, const perp__island *island, do
         slow = came + sunk == 0 && held <= 0 && !(left < SLOW * error);
         stuck = slow && equally && !(left < error);
         equally |= slow;
-        if (left < error && sunk == 0) {
+        /* what is taken back has its factors still; others serve once more where twice the share
+         * that they left is, of what is left, no more than joints may lack */
+        moved = left < error && sunk == 0;
+        keeps = came == 0 && !slow && !near &&
+                (!moved || (share == 1.0 && 2.0 * left * left <= error * allowed));
+        near = keeps && moved;
+        if (moved) {
             let_contacts_go(world, island, share);
             held = held < 0 ? held : 0;
             error = left;

@@ -59,7 +59,7 @@ typedef struct perp__joint {
     int32_t placed;                       /* by the velocities before it, 2: beside contacts */
     perp__joint_view middle;              /* between both ends of the trial motion */
     perp__joint_view end;                 /* in the next states */
-    double lack;                          /* of it there */
+    double lack, allowed;                 /* of it there, and what it may lack */
     double turning[PERP__JOINT_ROWS + 1]; /* what rows change till its end makes of velocities */
     double gap[2];                        /* lower, upper: at the start of the step */
     int32_t came[2];                      /* it moves towards them then */

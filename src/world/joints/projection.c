@@ -29,16 +29,17 @@ static double error_of(const perp_world *world, perp__joint *joint)
 {
     const perp__joint_state *state = perp__state_of(world, joint);
     const int32_t turns = joint->kind == PERP_JOINT_REVOLUTE || joint->kind == PERP_JOINT_SCREW;
-    perp__joint_view *view = &joint->end;
     const int32_t swept = world->roles[joint->body[0]].swept || world->roles[joint->body[1]].swept;
+    const double allowed = swept ? PERP__NEGLIGIBLE : PERP__IN_PLACE;
+    perp__joint_view *view = &joint->end;
     double sum = 0.0, excess;
 
     perp__view_of_states(world, joint, world->next, state->coordinate, view);
+    joint->allowed = tolerance_of(view, allowed, 1);
     for (int32_t k = 0; k < view->count; k++) {
         const int32_t is_length = perp__is_length(world, joint, k);
 
-        if (fabs(view->error[k]) >
-            tolerance_of(view, swept ? PERP__NEGLIGIBLE : PERP__IN_PLACE, is_length))
+        if (fabs(view->error[k]) > tolerance_of(view, allowed, is_length))
             sum += fabs(view->error[k]) * (is_length ? 1.0 : view->size);
     }
     excess = fmax(fmax(state->lower - view->coordinate, view->coordinate - state->upper), 0.0);
