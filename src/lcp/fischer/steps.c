@@ -23,7 +23,6 @@
 #define POWER 2.1
 
 /* The active set's. */
-#define RHO 0.1 /* the first that is not 0, of a unit diagonal, and from one to the next */
 #define RHO_LEAST 1e-9
 #define TRIALS 3   /* values of rho in a step */
 #define FALL 0.5   /* of Psi, that ends a watch */
@@ -57,8 +56,9 @@ static int32_t line_search(perp__fischer_state *f, double slope)
 perp_status perp__fischer_newton_step(perp__fischer_state *f)
 {
     const perp__lcp_problem *p = f->common.problem;
-    const perp__fischer_point point = {p->n, f->z, f->w, p->lower, p->upper, f->penalty};
-    double slope, square;
+    const perp__fischer_point point = {p->n,     f->z,       f->w,        p->lower,
+                                       p->upper, f->penalty, f->smoothing};
+    double slope, square, least;
 
     perp__fischer_slopes(&point, &f->S.S, f->part, f->work, f->slope_z, f->slope_w);
     for (size_t k = 0; k < sizeof proximal / sizeof proximal[0]; k++) {
@@ -83,7 +83,9 @@ perp_status perp__fischer_newton_step(perp__fischer_state *f)
             slope += f->phi[i] * (f->slope_z[i] * f->d[i] + f->slope_w[i] * f->image[i]);
             square += f->d[i] * f->d[i];
         }
-        if (slope <= -DESCENT * pow(square, 0.5 * POWER) && line_search(f, slope))
+        /* Smoothed, H is regular, and its direction promises -2 Psi however long it is. */
+        least = f->smoothing > 0.0 ? f->psi : DESCENT * pow(square, 0.5 * POWER);
+        if (slope <= -least && line_search(f, slope))
             return 1;
     }
     /* 3. Else down the gradient; fixed variables do not move. */
@@ -157,13 +159,13 @@ perp_status perp__fischer_active_step(perp__fischer_state *f)
         if (status != PERP_OK)
             return status;
         if (!(psi <= PERP__WATCH_GROWTH * f->kept_psi)) {
-            rho = fmax(rho / RHO, RHO);
+            rho = fmax(rho / PERP__FISCHER_SHARE, PERP__FISCHER_SHARE);
             continue;
         }
         f->places = f->next_places;
         f->next_places = places;
         f->has_places = 1;
-        f->rho = rho > 0.0 ? fmax(RHO * rho, RHO_LEAST) : 0.0;
+        f->rho = rho > 0.0 ? fmax(PERP__FISCHER_SHARE * rho, RHO_LEAST) : 0.0;
         f->watched++;
         if (psi <= FALL * f->kept_psi)
             f->watched = f->failures = 0;
@@ -177,7 +179,7 @@ perp_status perp__fischer_active_step(perp__fischer_state *f)
     }
     f->watched = 0;
     f->has_places = 0;
-    f->rho = RHO;
+    f->rho = PERP__FISCHER_SHARE;
     f->failures++;
     return 0;
 }
