@@ -25,7 +25,7 @@ void perp__ncp_newton_layout(perp__arena *arena, perp__newton_run *f)
 static perp__fischer_point point_of(const perp__newton_run *f, const double *z, const double *w)
 {
     const perp__ncp_model *m = f->model;
-    const perp__fischer_point point = {m->n, z, w, m->low, m->high, f->penalty};
+    const perp__fischer_point point = {m->n, z, w, m->low, m->high, f->penalty, 0.0};
 
     return point;
 }

@@ -15,7 +15,7 @@
 /* phi itself: of z >= 0, w >= 0. */
 static double penalised(double a, double b, double penalty)
 {
-    return perp__fischer_bounded(a, 0.0, INFINITY, b, penalty);
+    return perp__fischer_bounded(a, 0.0, INFINITY, b, penalty, 0.0);
 }
 
 static double fischer(double a, double b)
@@ -25,7 +25,7 @@ static double fischer(double a, double b)
 
 static perp__slopes fischer_slopes(double a, double b)
 {
-    return perp__fischer_bounded_slopes(a, 0.0, INFINITY, b, 0.0, 0.0, 0.0);
+    return perp__fischer_bounded_slopes(a, 0.0, INFINITY, b, 0.0, 0.0, 0.0, 0.0);
 }
 
 static void require_close(double got, double expected, double relative)
@@ -92,12 +92,12 @@ static void test_equivalent_to_the_minimum(void **state)
 static void require_slopes(double z, double lower, double upper, double w, double p)
 {
     const double h = 1e-5;
-    perp__slopes slopes = perp__fischer_bounded_slopes(z, lower, upper, w, 0.0, 0.0, p);
-    double by_z = (perp__fischer_bounded(z + h, lower, upper, w, p) -
-                   perp__fischer_bounded(z - h, lower, upper, w, p)) /
+    perp__slopes slopes = perp__fischer_bounded_slopes(z, lower, upper, w, 0.0, 0.0, p, 0.0);
+    double by_z = (perp__fischer_bounded(z + h, lower, upper, w, p, 0.0) -
+                   perp__fischer_bounded(z - h, lower, upper, w, p, 0.0)) /
                   (2.0 * h);
-    double by_w = (perp__fischer_bounded(z, lower, upper, w + h, p) -
-                   perp__fischer_bounded(z, lower, upper, w - h, p)) /
+    double by_w = (perp__fischer_bounded(z, lower, upper, w + h, p, 0.0) -
+                   perp__fischer_bounded(z, lower, upper, w - h, p, 0.0)) /
                   (2.0 * h);
 
     if (!(fabs(slopes.z - by_z) <= 1e-8 && fabs(slopes.w - by_w) <= 1e-8))
@@ -162,10 +162,10 @@ static void test_kinks(void **state)
         double corner = isinf(b[0]) || k % 4 == 3 ? b[1] : b[0];
         double along_z = gen_integer(&random, 2) ? 1.0 : -1.0, along_w = gen_dyadic(&random, 8);
         double t = ldexp(1.0, -26); /* exact sums; inner terms of a box change by O(t) = 1.5e-8 */
-        perp__slopes at =
-            perp__fischer_bounded_slopes(corner, b[0], b[1], 0.0, along_z, along_w, 0.25 * (k % 3));
-        perp__slopes near = perp__fischer_bounded_slopes(corner + t * along_z, b[0], b[1],
-                                                         t * along_w, 0.0, 0.0, 0.25 * (k % 3));
+        perp__slopes at = perp__fischer_bounded_slopes(corner, b[0], b[1], 0.0, along_z, along_w,
+                                                       0.25 * (k % 3), 0.0);
+        perp__slopes near = perp__fischer_bounded_slopes(
+            corner + t * along_z, b[0], b[1], t * along_w, 0.0, 0.0, 0.25 * (k % 3), 0.0);
 
         assert_true(perp__fischer_at_kink(corner, b[0], b[1], 0.0));
         assert_false(perp__fischer_at_kink(corner + t * along_z, b[0], b[1], 0.0));
@@ -178,7 +178,7 @@ static void test_bounded(void **state)
 {
     static const double bounds[][2] = {
         {1.0, INFINITY}, {-INFINITY, 2.0}, {-1.0, 2.0}, {-INFINITY, INFINITY}, {1.0, 1.0}};
-    perp__slopes fixed = perp__fischer_bounded_slopes(1.0, 1.0, 1.0, -3.0, 1.0, 1.0, 0.0);
+    perp__slopes fixed = perp__fischer_bounded_slopes(1.0, 1.0, 1.0, -3.0, 1.0, 1.0, 0.0, 0.0);
 
     (void)state;
     for (size_t k = 0; k < sizeof bounds / sizeof bounds[0]; k++) {
@@ -189,7 +189,7 @@ static void test_bounded(void **state)
                 double mid = fmax(fmin(z - l, w), z - u);
 
                 for (int p = 0; p < 3; p++) {
-                    double phi = perp__fischer_bounded(z, l, u, w, 0.375 * p);
+                    double phi = perp__fischer_bounded(z, l, u, w, 0.375 * p, 0.0);
 
                     if (l == u)
                         assert_true(phi == 0.0);
@@ -201,6 +201,36 @@ static void test_bounded(void **state)
     }
     assert_true(fixed.z == 1.0 && fixed.w == 0.0);
     assert_false(perp__fischer_at_kink(1.0, 1.0, 1.0, 0.0));
+}
+
+/* Smoothed by mu: zero on z w = mu^2 / 2, there within rounding of |z| + |w|, and its slopes are
+ * those of differences, also at the kink of the plain function. */
+static void test_smoothed(void **state)
+{
+    (void)state;
+    for (int k = -8; k <= 8; k++) {
+        const double mu = ldexp(1.0, k), h = 1e-6 * mu;
+
+        for (int j = -6; j <= 6; j++) {
+            const double z = ldexp(mu, j), w = 0.5 * mu * (mu / z);
+
+            assert_true(fabs(perp__fischer_bounded(z, 0.0, INFINITY, w, 0.0, mu)) <=
+                        ROUNDING * (z + w));
+        }
+        for (int j = 0; j < 9; j++) {
+            const double z = mu * (j % 3 - 1), w = mu * (j / 3 - 1);
+            const perp__slopes at =
+                perp__fischer_bounded_slopes(z, 0.0, INFINITY, w, 0.0, 0.0, 0.0, mu);
+            const double by_z = perp__fischer_bounded(z + h, 0.0, INFINITY, w, 0.0, mu) -
+                                perp__fischer_bounded(z - h, 0.0, INFINITY, w, 0.0, mu);
+            const double by_w = perp__fischer_bounded(z, 0.0, INFINITY, w + h, 0.0, mu) -
+                                perp__fischer_bounded(z, 0.0, INFINITY, w - h, 0.0, mu);
+
+            /* central differences: h^2 of the third derivative, eps / h of rounding */
+            assert_true(fabs(by_z / (2.0 * h) - at.z) <= 1e-9);
+            assert_true(fabs(by_w / (2.0 * h) - at.w) <= 1e-9);
+        }
+    }
 }
 
 /* Chen, Chen & Kanzow's function by its definition, with a 3-4-5 triangle. */
@@ -224,6 +254,7 @@ int main(void)
         cmocka_unit_test(test_slopes_at_the_extremes),
         cmocka_unit_test(test_kinks),
         cmocka_unit_test(test_bounded),
+        cmocka_unit_test(test_smoothed),
         cmocka_unit_test(test_penalty),
     };
 

@@ -220,6 +220,54 @@ static void test_bad_units(void **state)
     }
 }
 
+/* Linear programs by their optimality conditions, M skew: planted strictly complementary pairs with
+ * faces of solutions, at each of which Newton's matrix is singular. Theorem: the path of a feasible
+ * monotone problem with an interior leads to one, so all have to be solved. The witness is the
+ * program's own optimal value. */
+static void test_programs(void **state)
+{
+    enum { ROWS = 40, COLUMNS = 60, SIZE = ROWS + COLUMNS, DRAWS = 60 };
+    perp_lcp_settings settings = run_alone(PERP_LCP_FISCHER, 1e-10);
+
+    (void)state;
+    for (uint64_t seed = 0; seed < DRAWS; seed++) {
+        double cost = 0.0, expected = 0.0;
+        gen_random random;
+        gen_lcp p;
+        run r;
+
+        gen_seed(&random, seed);
+        gen_begin_dense(&p, SIZE);
+        for (int32_t i = 0; i < ROWS; i++)
+            for (int32_t j = 0; j < COLUMNS; j++) {
+                const double a = gen_normal(&random);
+
+                p.M[(COLUMNS + i) * SIZE + j] = a;
+                p.M[j * SIZE + COLUMNS + i] = -a;
+            }
+        for (int32_t i = 0; i < SIZE; i++) {
+            p.z[i] = fmax(gen_normal(&random), 0.0);
+            p.w[i] = p.z[i] > 0.0 ? 0.0 : gen_uniform(&random, 0, 1);
+        }
+        for (int32_t i = 0; i < SIZE; i++) {
+            p.q[i] = p.w[i];
+            for (int32_t j = 0; j < SIZE; j++)
+                p.q[i] -= p.M[i * SIZE + j] * p.z[j];
+        }
+        run_lcp(&r, context, &p, &settings, NULL, "linear program");
+        if (r.result.outcome != PERP_OUTCOME_SOLVED)
+            fail_msg("%d: %s", (int)seed, perp_outcome_text(r.result.outcome));
+        for (int32_t j = 0; j < COLUMNS; j++) {
+            cost += p.q[j] * r.z[j];
+            expected += p.q[j] * p.z[j];
+        }
+        /* residual times the sums of x and y, below 1000 with their scale */
+        assert_true(fabs(cost - expected) <= 1e-10 * 1e3);
+        run_release(&r);
+        gen_destroy(&p);
+    }
+}
+
 static void test_empty(void **state)
 {
     perp_lcp_settings settings = run_alone(PERP_LCP_FISCHER, 1e-10);
@@ -235,8 +283,8 @@ static void test_empty(void **state)
 }
 
 /* Planted solutions of M >= 0 whose diagonal is not large: Psi has local minima that solve nothing
- * (Billups), and a start may end in one. Of four starts that differ one in six problems is left
- * (169 of 200 are solved), of two alike one in four (144). */
+ * (Billups), and a start may end in one. Of five starts that differ one in ten problems is left
+ * (181 of 200 are solved). */
 static void test_many_minima(void **state)
 {
     enum { DRAWS = 200 };
@@ -268,7 +316,7 @@ static void test_many_minima(void **state)
         run_release(&r);
         gen_destroy(&p);
     }
-    if (solved < 4 * DRAWS / 5)
+    if (solved < 17 * DRAWS / 20)
         fail_msg("%d of %d", solved, DRAWS);
 }
 
@@ -278,8 +326,8 @@ int main(void)
         cmocka_unit_test(test_random),      cmocka_unit_test(test_obstacles),
         cmocka_unit_test(test_contact),     cmocka_unit_test(test_failure_is_said),
         cmocka_unit_test(test_warm_starts), cmocka_unit_test(test_pattern_changes),
-        cmocka_unit_test(test_bad_units),   cmocka_unit_test(test_empty),
-        cmocka_unit_test(test_many_minima),
+        cmocka_unit_test(test_bad_units),   cmocka_unit_test(test_programs),
+        cmocka_unit_test(test_empty),       cmocka_unit_test(test_many_minima),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);

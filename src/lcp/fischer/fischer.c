@@ -5,10 +5,13 @@
  *
  * What differs: phi has the opposite sign; the line search is nonmonotone (Grippo, Lampariello &
  * Lucidi 1986); an active set's step is tried before Newton's, see steps.c; the first
- * point comes from a few cheap steps. A descent method on Psi may end in a local minimum that
+ * point comes from a few cheap steps, or from the path of the smoothed equations as mu falls to 0
+ * (Kanzow 1996): where S is monotone and solutions are many, as in linear programs, H is singular
+ * at each, and the path alone leads there. A descent method on Psi may end in a local minimum that
  * solves nothing (Billups): that is outcome 'stalled'. */
 #include "lcp/fischer/fischer.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -17,19 +20,23 @@
 
 #define AIM 0.1     /* goes on to tol * AIM while it can: the next step is cheap or the last */
 #define PATIENCE 30 /* iterations without progress */
-#define SLACK 0.95  /* of the start: Khobotov's bound on t |F(y) - F(z)| / |y - z| */
+
+/* Of the path. */
+#define NEAR 3.0  /* mu falls where |Phi| <= NEAR mu */
+#define LAST 1e-5 /* below it Phi = 0 itself; where that fails, down to a share of it */
 
 /* Before attempt 0, 1, ... from a cold start and from a warm one: different starts end in different
  * local minima of Psi. */
 typedef struct start {
-    int32_t steps, jacobi;
+    int32_t sweeps, jacobi;
     int32_t active; /* tries active-set steps */
+    int32_t path;   /* follows the smoothed equation first */
 } start;
 
-#define ATTEMPTS 4
+#define ATTEMPTS 5
 static const start starts[2][ATTEMPTS] = {
-    {{10, 0, 1}, {0, 20, 0}, {0, 0, 0}, {0, 60, 0}},
-    {{0, 0, 1}, {10, 0, 1}, {0, 20, 0}, {0, 60, 0}},
+    {{10, 0, 1, 0}, {0, 0, 1, 1}, {0, 20, 1, 0}, {0, 0, 0, 0}, {0, 60, 0, 0}},
+    {{0, 0, 1, 0}, {0, 0, 1, 1}, {10, 0, 1, 0}, {0, 20, 1, 0}, {0, 60, 0, 0}},
 };
 
 static void layout(perp__arena *arena, void *object)
@@ -48,10 +55,7 @@ static void layout(perp__arena *arena, void *object)
 /* w = F(z) */
 static void multiply(const perp__fischer_state *f, const double *z, double *w)
 {
-    const perp__lcp_problem *problem = f->common.problem;
-
-    if (problem->n > 0)
-        memcpy(w, problem->q, (size_t)problem->n * sizeof *w);
+    perp__copy(w, f->common.problem->q, f->common.problem->n);
     perp__multiply_add(f->S, z, w);
 }
 
@@ -59,7 +63,7 @@ double perp__fischer_evaluate(const perp__fischer_state *f, const double *z, con
                               double *phi)
 {
     const perp__lcp_problem *p = f->common.problem;
-    const perp__fischer_point point = {p->n, z, w, p->lower, p->upper, f->penalty};
+    const perp__fischer_point point = {p->n, z, w, p->lower, p->upper, f->penalty, f->smoothing};
 
     return perp__fischer_merit(&point, phi);
 }
@@ -154,41 +158,29 @@ static void sweeps(perp__fischer_state *f, int32_t count)
     }
 }
 
-/* y := P(z - t w), F(y) -> wy; returns t |F(y) - F(z)| / |y - z|, 0 where y = z. */
-static double look_ahead(perp__fischer_state *f, double t, double *y, double *wy)
+/* The equation is Phi_mu = 0 from here on, and what the line search looks back on is its Psi. */
+static void smooth(perp__fischer_state *f, double mu)
 {
-    const perp__lcp_problem *p = f->common.problem;
-    double moved = 0.0, changed = 0.0;
-
-    for (int32_t i = 0; i < p->n; i++)
-        y[i] = perp__clamp(f->z[i] - t * f->w[i], p->lower[i], p->upper[i]);
-    multiply(f, y, wy);
-    for (int32_t i = 0; i < p->n; i++) {
-        moved += (y[i] - f->z[i]) * (y[i] - f->z[i]);
-        changed += (wy[i] - f->w[i]) * (wy[i] - f->w[i]);
-    }
-    return moved > 0.0 ? t * sqrt(changed / moved) : 0.0;
+    f->smoothing = mu;
+    perp__fischer_set_point(f);
+    for (int32_t k = 0; k < PERP__MEMORY; k++)
+        f->recent[k] = f->psi;
 }
 
-/* z := P(z - t F(P(z - t F(z)))): Korpelevich 1976, for monotone F; t as in Khobotov 1987. */
-static void extragradient(perp__fischer_state *f, int32_t steps)
+/* One step of either kind. On the path mu falls first, as far as the point is near its equation. */
+static perp_status step(perp__fischer_state *f, int32_t active)
 {
-    const perp__lcp_problem *p = f->common.problem;
-    double *y = f->correction, *wy = f->work;
-    double t = 1.0;
+    perp_status moved = 0;
 
-    for (int32_t k = 0; k < steps && !perp__is_past(p->control->deadline); k++) {
-        double ratio = look_ahead(f, t, y, wy);
-
-        for (int32_t shrink = 0; shrink < PERP__HALVINGS && !(ratio <= SLACK); shrink++) {
-            t *= ratio < 1.0 ? 0.7 : ratio < 9.0 ? 0.9 / ratio : 0.1;
-            ratio = look_ahead(f, t, y, wy);
-        }
-        for (int32_t i = 0; i < p->n; i++)
-            f->z[i] = perp__clamp(f->z[i] - t * wy[i], p->lower[i], p->upper[i]);
-        multiply(f, f->z, f->w);
-        keep_best(f);
+    while (f->smoothing > 0.0 && perp__largest(f->phi, f->common.problem->n) <= NEAR * f->smoothing)
+        smooth(f, f->smoothing > f->last ? PERP__FISCHER_SHARE * f->smoothing : 0.0);
+    f->recent[f->steps++ % PERP__MEMORY] = f->psi;
+    if (active && f->smoothing == 0.0) {
+        moved = perp__fischer_active_step(f);
+        if (moved == 0 && f->last > DBL_EPSILON)
+            smooth(f, f->last *= PERP__FISCHER_SHARE);
     }
+    return moved != 0 ? moved : perp__fischer_newton_step(f);
 }
 
 static perp_status run(perp__fischer_state *f, int32_t active, perp__lcp_iterate *iterate)
@@ -196,18 +188,15 @@ static perp_status run(perp__fischer_state *f, int32_t active, perp__lcp_iterate
     const perp__lcp_problem *problem = f->common.problem;
     const int64_t limit =
         problem->iteration_limit > 0 ? problem->iteration_limit : PERP__ITERATIONS;
+    /* what the active sets of an unsymmetric S miss at first is left to the path */
+    const int32_t brief = iterate->attempt == 0 && !f->common.problem->block->is_symmetric;
     double residual = INFINITY, psi = INFINITY; /* when they had last fallen by a quarter, */
     int64_t progress = 0;                       /* and when that was */
 
     iterate->outcome = -1;
     while (iterate->outcome < 0 && f->steps < limit && f->best_residual > AIM * problem->tol) {
-        perp_status moved = 0;
+        const perp_status moved = step(f, active);
 
-        f->recent[f->steps++ % PERP__MEMORY] = f->psi;
-        if (active)
-            moved = perp__fischer_active_step(f);
-        if (moved == 0)
-            moved = perp__fischer_newton_step(f);
         if (moved < 0)
             return moved;
         iterate->iterations = f->steps;
@@ -216,7 +205,7 @@ static perp_status run(perp__fischer_state *f, int32_t active, perp__lcp_iterate
             psi = f->psi;
             progress = f->steps;
         }
-        iterate->outcome = !moved || f->steps - progress > PATIENCE
+        iterate->outcome = !moved || f->steps - progress > PATIENCE || (brief && f->failures > 0)
                                ? PERP_OUTCOME_STALLED
                                : perp__lcp_tick(problem->control, f->steps, f->best_residual);
     }
@@ -237,6 +226,7 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
 
     f->S = problem->M;
     f->penalty = problem->settings->penalty;
+    f->smoothing = 0.0;
     f->z = iterate->z;
     f->steps = 0;
     f->best_residual = INFINITY;
@@ -246,10 +236,7 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
     /* 1. Where Newton's method begins: a guess at which bounds are active, safe for any S since
      * only the best point met is kept. */
     perp__fischer_set_point(f);
-    if (problem->block->is_symmetric)
-        sweeps(f, first->steps);
-    else
-        extragradient(f, first->steps);
+    sweeps(f, first->sweeps);
     for (int32_t k = 0; k < first->jacobi && !perp__is_past(problem->control->deadline);
          k++) { /* z := mid(l, u, z - w_i / |S_i|_1) */
         for (int32_t i = 0; i < problem->n; i++) {
@@ -262,6 +249,9 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
     }
     memcpy(f->z, f->best, bytes);
     perp__fischer_set_point(f);
+    f->last = first->path ? LAST : 0.0;
+    if (first->path && isfinite(f->psi)) /* else mu could not fall */
+        smooth(f, perp__largest(f->phi, problem->n));
     /* 2. Its steps. */
     status = run(f, first->active, iterate);
     memcpy(iterate->z, f->best, bytes);

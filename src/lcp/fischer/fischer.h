@@ -8,12 +8,16 @@
 #include "lcp/fischer/function.h"
 #include "lcp/method.h"
 
+/* The first rho that is not 0, of a unit diagonal, and from one rho or mu to the next. */
+#define PERP__FISCHER_SHARE 0.1
+
 typedef struct perp__fischer_state {
     perp__lcp_work common;
     const perp__matrix *S;
     int32_t *active; /* the rows of the last system, finite weights */
     double penalty;
-    double *z, *w, *phi; /* the point, F and Phi there; z belongs to the caller */
+    double smoothing, last; /* mu of the path, or 0; the least there, 0 without a path */
+    double *z, *w, *phi;    /* the point, F and Phi there; z belongs to the caller */
     double psi;
     double recent[PERP__MEMORY]; /* Psi of the last points, in a ring */
     int64_t steps;

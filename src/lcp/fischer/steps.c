@@ -20,9 +20,12 @@
 #include "lcp/fischer/fischer.h"
 
 /* The active set's. */
-#define RHO 0.1  /* the first that is not 0, of a unit diagonal, and from one to the next */
 #define TRIALS 3 /* values of rho in a step; steps that fail, before a pause of as many */
 #define FALL 0.5 /* of Psi, that ends a watch */
+
+/* Newton's: rho and p of the test grad Psi' d <= -rho |d|^p, where Phi is not smoothed. */
+#define DESCENT 1e-8
+#define POWER 2.1
 
 /* rho, one after the other until a direction serves. */
 static const double proximal[] = {0.0, 1e-12, 1e-9, 1e-6, 1e-3};
@@ -66,8 +69,9 @@ static int32_t line_search(perp__fischer_state *f, double slope)
 perp_status perp__fischer_newton_step(perp__fischer_state *f)
 {
     const perp__lcp_problem *p = f->common.problem;
-    const perp__fischer_point point = {p->n, f->z, f->w, p->lower, p->upper, f->penalty};
-    double slope;
+    const perp__fischer_point point = {p->n,     f->z,       f->w,        p->lower,
+                                       p->upper, f->penalty, f->smoothing};
+    double slope, square, least;
 
     perp__fischer_slopes(&point, f->S, f->part, f->work, f->slope_z, f->slope_w);
     for (size_t k = 0; k < sizeof proximal / sizeof proximal[0]; k++) {
@@ -87,10 +91,14 @@ perp_status perp__fischer_newton_step(perp__fischer_state *f)
             continue;
         perp__fischer_solve_rows(f, f->d, f->image);
         /* 2. Where grad Psi' d = Phi' (D_z + D_w S) d says so, along it. */
-        slope = 0.0;
-        for (int32_t i = 0; i < p->n; i++)
+        slope = square = 0.0;
+        for (int32_t i = 0; i < p->n; i++) {
             slope += f->phi[i] * (f->slope_z[i] * f->d[i] + f->slope_w[i] * f->image[i]);
-        if (slope < 0.0 && line_search(f, slope))
+            square += f->d[i] * f->d[i];
+        }
+        /* Smoothed, H is regular, and its direction promises -2 Psi however long it is. */
+        least = f->smoothing > 0.0 ? f->psi : DESCENT * pow(square, 0.5 * POWER);
+        if (slope <= -least && line_search(f, slope))
             return 1;
     }
     /* 3. Else down the gradient; fixed variables do not move. */
@@ -164,13 +172,13 @@ perp_status perp__fischer_active_step(perp__fischer_state *f)
         if (status != PERP_OK)
             return status;
         if (!(psi <= PERP__WATCH_GROWTH * f->kept_psi)) {
-            rho = fmax(rho / RHO, RHO);
+            rho = fmax(rho / PERP__FISCHER_SHARE, PERP__FISCHER_SHARE);
             continue;
         }
         f->places = f->next_places;
         f->next_places = places;
         f->has_places = 1;
-        f->rho = rho > 0.0 ? fmax(RHO * rho, sqrt(DBL_EPSILON)) : 0.0;
+        f->rho = rho > 0.0 ? fmax(PERP__FISCHER_SHARE * rho, sqrt(DBL_EPSILON)) : 0.0;
         f->watched++;
         if (psi <= FALL * f->kept_psi)
             f->watched = f->failures = 0;
@@ -184,7 +192,7 @@ perp_status perp__fischer_active_step(perp__fischer_state *f)
     }
     f->watched = 0;
     f->has_places = 0;
-    f->rho = RHO;
+    f->rho = PERP__FISCHER_SHARE;
     f->failures++;
     return 0;
 }
