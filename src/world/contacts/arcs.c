@@ -73,7 +73,8 @@ int32_t perp__meets(const perp_world *world, int32_t i, double h, double end)
     if (jointed || end < -(aside + turn * way) || turn == 0.0 || pair->first != contact->shape_a ||
         pair->second != contact->shape_b ||
         !perp__is_zero3(world->contacts.responses[i].remembered) ||
-        contact->gap <= perp__pair_touching(world, pair, contact->rounding))
+        contact->gap <= perp__pair_touching(world, pair, contact->rounding) ||
+        (pair->plane && contact->round > 0 && pair->joined > 0 && pair->collision.time > 0.0))
         return 1;
 
     /* 2. on the way */

@@ -435,7 +435,8 @@ int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h)
     const int32_t planar = world->settings.planar;
     perp__point points[PERP__MAX_POINTS];
     perp__axes axes;
-    int32_t met = 0, made;
+    perp__placed a, b;
+    int32_t met;
     encounter e;
 
     begin_encounter(&e, world, pair, h, points);
@@ -449,23 +450,12 @@ int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h)
         }
         return met;
     }
-    /* 2. whether the motion closes a point of a half-space, with the normal at the start */
+    /* 2. whether the motion ends in a half-space, with the points of the start */
+    perp__moved(&e.a, 1.0, &a);
+    perp__moved(&e.b, 1.0, &b);
     pair->collision.time = 0.0;
     pair->collision.doubtful = 0;
-    made = perp__collide(e.a.start, e.b.start, planar, e.displacement, points);
-    for (int32_t i = 0; i < made && !met; i++) {
-        double arm[2][3], turned[2][3], gap = points[i].gap;
-
-        perp__subtract3(arm[0], points[i].position, e.a.centre);
-        perp__subtract3(arm[1], points[i].position, e.b.centre);
-        perp__cross(turned[0], e.a.turn, arm[0]);
-        perp__cross(turned[1], e.b.turn, arm[1]);
-        for (int32_t k = 0; k < 3; k++)
-            gap += points[i].normal[k] *
-                   ((e.b.displacement[k] + turned[1][k]) - (e.a.displacement[k] + turned[0][k]));
-        met = gap < 0.0;
-    }
-    return met;
+    return perp__collide(&a, &b, planar, 0.0, points) > 0;
 }
 
 int32_t perp__pair_meets(const perp_world *world, const perp__pair *pair, double h)
@@ -495,7 +485,8 @@ static overlap overlap_at(const encounter *e, double t, double far)
 
     perp__moved(&e->a, t, &a);
     perp__moved(&e->b, t, &b);
-    if (!perp__axes_of(&a, &b, planar, far, &axes))
+    axes.count = 0;
+    if (!e->pair->plane && !perp__axes_of(&a, &b, planar, far, &axes))
         return found;
     if (axes.count > 0) {
         const perp__axis *best = &axes.axis[perp__last_to_close(&a, &b, &axes, NULL)];
@@ -503,41 +494,48 @@ static overlap overlap_at(const encounter *e, double t, double far)
         found.axis = best->number;
         found.separation = best->separation;
         perp__apply3(found.normal, a.rotation, best->normal);
-    } else if (perp__collide(&a, &b, planar, far, points) > 0) {
-        found.separation = points[0].gap;
-        perp__copy3(found.normal, points[0].normal);
+    } else {
+        for (int32_t i = perp__collide(&a, &b, planar, far, points); i-- > 0;) {
+            found.separation = fmin(found.separation, points[i].gap);
+            perp__copy3(found.normal, points[i].normal);
+        }
     }
     return found;
 }
 
 /* Shapes that the step takes more than half-way through each other overlap least along a way that
  * they did not come, or are apart there. Then the last pose is taken in which they overlap along
- * the way that they came, to within the half widths of both. */
+ * the way that they came, to within the half widths of both. Of half-spaces all points are there
+ * from the start: what turns goes as deep as the level lets it. Where it is on its way out again at
+ * the end, the last pose is taken that is not deep. */
 int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
 {
     const perp__shape *first = &world->shapes[pair->first], *second = &world->shapes[pair->second];
-    const double deep = PERP__NEAR * perp__pair_size(world, pair);
-    const double width = first->thickness + second->thickness;
+    const double level = pair->plane ? perp__level_of(world)->deep : PERP__NEAR;
+    const double deep = fmax(level, PERP__NEAR) * perp__pair_size(world, pair);
+    const double width = pair->plane ? deep : first->thickness + second->thickness;
     perp__collision *collision = &pair->collision;
     double from = 0.0, to = 1.0;
     overlap before, end;
     encounter e;
 
-    if (pair->plane ||
-        perp__shape_turning(world, first, h) + perp__shape_turning(world, second, h) <= deep)
+    if (perp__shape_turning(world, first, h) + perp__shape_turning(world, second, h) <= deep)
         return 0;
     begin_encounter(&e, world, pair, h, NULL);
     end = overlap_at(&e, 1.0, e.displacement > width ? INFINITY : -deep);
-    if (!(end.separation < -deep) && e.displacement <= width)
+    if (!(end.separation < -deep) && (pair->plane || e.displacement <= width))
         return 0;
     before = overlap_at(&e, 0.0, INFINITY);
     collision->begun = perp__lesser(before.separation, 0.0);
-    int32_t along = came_along(&e, 1.0, end.normal, collision->begun);
+    const int32_t along =
+        pair->plane ? overlap_at(&e, 1.0 - 1.0 / 64.0, INFINITY).separation >= end.separation
+                    : came_along(&e, 1.0, end.normal, collision->begun);
     while (!along && to - from > fmax(width / e.displacement, DBL_EPSILON)) {
         const double t = 0.5 * (from + to);
         const overlap between = overlap_at(&e, t, INFINITY);
 
-        if (came_along(&e, t, between.normal, collision->begun)) {
+        if (pair->plane ? between.separation >= collision->begun - deep
+                        : came_along(&e, t, between.normal, collision->begun)) {
             before = between;
             from = t;
         } else {

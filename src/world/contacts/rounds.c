@@ -229,8 +229,7 @@ static void list_watched(perp_world *world)
         }
         open->lead = pair->collision.lead;
         perp__copy3(open->apart, pair->collision.apart);
-        world->watched_count +=
-            pair->open || (!pair->plane && (pair->reach[0] > 0.0 || pair->reach[1] > 0.0));
+        world->watched_count += pair->open || pair->reach[0] > 0.0 || pair->reach[1] > 0.0;
     }
 }
 
@@ -249,8 +248,8 @@ static void collision_share(perp_world *world, perp__share *share, double h)
         double displacement[3], turning;
 
         /* what moves as it did, and what the plane found before still keeps apart */
-        if (world->moved[open->body[0]] != world->rounds &&
-            world->moved[open->body[1]] != world->rounds)
+        if (world->moved[open->body[0]] < world->rounds &&
+            world->moved[open->body[1]] < world->rounds)
             continue;
         for (int32_t k = 0; k < 3; k++)
             displacement[k] = h * to[k] - h * from[k];
@@ -309,12 +308,12 @@ static perp_status join_collisions(perp_world *world, double h, int32_t waiting)
             waits |= waiting && pair->collision.doubtful && world->rounds < PATIENCE &&
                      world->bodies[met[i].body[k]].kind == PERP_BODY_DYNAMIC &&
                      world->motions[met[i].body[k]].earliest < pair->collision.time;
-        if (waits) {
+        if (waits)
             pair->waited = 1;
-            world->moved[met[i].body[0]] = world->rounds + 1; /* again in the next round */
-        } else {
+        else
             status = join_pair(world, pair, h);
-        }
+        if (waits || pair->plane) /* again in the next round, whether the motion changes or not */
+            world->moved[met[i].body[0]] = world->rounds + 1;
     }
     for (int32_t i = 0; i < 2 * all.count; i++)
         world->motions[met[i / 2].body[i % 2]].earliest = INFINITY;
