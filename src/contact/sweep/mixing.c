@@ -6,7 +6,6 @@
 #include "contact/tuning.h"
 #include "linalg/lanes/loops.h"
 #include "linalg/lanes/multiversion.h"
-#include "linalg/pivoting.h"
 
 void perp__mixing_layout(perp__arena *arena, perp__mixing *mixing, size_t size, size_t y_size)
 {
@@ -74,16 +73,34 @@ PERP__MULTIVERSION(combine,
 /* x := (F'F + ridge)^-1 F'f; 0 where that breaks down. */
 static int32_t least_squares(const perp__mixing *m, double *x)
 {
-    double gram[PERP__MIXING_DEPTH][PERP__MIXING_DEPTH], trace = 0.0;
+    double L[PERP__MIXING_DEPTH][PERP__MIXING_DEPTH], ridge = 0.0;
+    const int32_t n = m->count;
 
-    memcpy(gram, m->gram, sizeof gram);
-    for (int32_t i = 0; i < m->count; i++) {
-        trace += gram[i][i];
+    for (int32_t i = 0; i < n; i++) {
+        ridge += PERP__REGULAR * m->gram[i][i];
         perp__loops_dot(m->size, m->F + (size_t)i * (size_t)m->size, m->f, &x[i]);
     }
-    for (int32_t i = 0; i < m->count; i++)
-        gram[i][i] += PERP__REGULAR * trace;
-    return perp__solve_small(*gram, m->count, PERP__MIXING_DEPTH, x, 1);
+    for (int32_t i = 0; i < n; i++)
+        for (int32_t j = 0; j <= i; j++) {
+            double sum = m->gram[i][j] + (i == j ? ridge : 0.0);
+
+            for (int32_t k = 0; k < j; k++)
+                sum -= L[i][k] * L[j][k];
+            if (i == j && !(sum > 0.0))
+                return 0;
+            L[i][j] = i == j ? sqrt(sum) : sum / L[j][j];
+        }
+    for (int32_t i = 0; i < n; i++) {
+        for (int32_t k = 0; k < i; k++)
+            x[i] -= L[i][k] * x[k];
+        x[i] /= L[i][i];
+    }
+    for (int32_t i = n - 1; i >= 0; i--) {
+        for (int32_t k = i + 1; k < n; k++)
+            x[i] -= L[k][i] * x[k];
+        x[i] /= L[i][i];
+    }
+    return 1;
 }
 
 void perp__mixing_after(perp__mixing *m, const double *weights, double *r, double *y)
