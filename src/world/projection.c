@@ -295,7 +295,7 @@ perp_status perp__project_overlaps(perp_world *world, int32_t *changed)
     status = perp__find_overlaps(world, LONGEST_WAY);
     if (world->awake_changed) /* these may be of what is not on the list: the step begins anew */
         return status;
-    PERP__THEN(status, perp__build_islands(world, &world->overlaps));
+    PERP__THEN(status, perp__build_islands(world, &world->overlaps, 0));
     PERP__THEN(status, perp__fit_island_work(world));
     for (int32_t i = 0; i < world->island_count && status == PERP_OK; i++) {
         const perp__island *island = &world->islands[i];

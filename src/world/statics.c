@@ -236,7 +236,7 @@ static perp_status ask(question *q)
     do
         status = perp__find_step_contacts(world, q->h, &summary);
     while (status == PERP_OK && world->awake_changed);
-    PERP__THEN(status, perp__build_islands(world, &world->contacts));
+    PERP__THEN(status, perp__build_islands(world, &world->contacts, 0));
     PERP__THEN(status, perp__fit_island_work(world));
     if (status != PERP_OK)
         return status;

@@ -7,6 +7,11 @@
 
 #include "base/groups.h"
 
+static int32_t joins(const perp__contact_set *set, int32_t i, int32_t pressing)
+{
+    return set->ties[i].included && !(pressing && perp__is_zero3(set->responses[i].impulse));
+}
+
 /* Numbers the islands and lists their bodies: roots come first in slot order, so a first pass
  * counts and a second one fills. */
 static void order_bodies(perp_world *world)
@@ -50,12 +55,12 @@ static int32_t island_of(const perp_world *world, const perp__tie *tie)
 }
 
 /* Lists the contacts of each island. */
-static void order_contacts(perp_world *world, const perp__contact_set *set)
+static void order_contacts(perp_world *world, const perp__contact_set *set, int32_t pressing)
 {
     int32_t offset = 0;
 
     for (int32_t i = 0; i < set->count; i++)
-        if (set->ties[i].included)
+        if (joins(set, i, pressing))
             world->islands[island_of(world, &set->ties[i])].contacts++;
     for (int32_t i = 0; i < world->island_count; i++) {
         world->islands[i].first_contact = offset;
@@ -65,7 +70,7 @@ static void order_contacts(perp_world *world, const perp__contact_set *set)
     for (int32_t i = 0; i < set->count; i++) {
         perp__island *island;
 
-        if (!set->ties[i].included)
+        if (!joins(set, i, pressing))
             continue;
         island = &world->islands[island_of(world, &set->ties[i])];
         for (int32_t side = 0; side < 2; side++) {
@@ -116,7 +121,7 @@ static void lay_out_order(perp__arena *arena, void *object)
         perp__arena_take(arena, (size_t)world->joint_capacity, sizeof *world->joint_order);
 }
 
-perp_status perp__build_islands(perp_world *world, const perp__contact_set *set)
+perp_status perp__build_islands(perp_world *world, const perp__contact_set *set, int32_t pressing)
 {
     const size_t sizes[3] = {(size_t)world->contacts.capacity, (size_t)world->overlaps.capacity,
                              (size_t)world->joint_capacity};
@@ -137,12 +142,10 @@ perp_status perp__build_islands(perp_world *world, const perp__contact_set *set)
     for (int32_t i = 0; i < set->count; i++) {
         const int32_t a = set->ties[i].body[0], b = set->ties[i].body[1];
 
-        if (!set->ties[i].included ||
-            (i > 0 && set->ties[i - 1].included && set->ties[i - 1].body[0] == a &&
-             set->ties[i - 1].body[1] == b))
-            continue; /* or joined by the point before */
+        if (!set->ties[i].included)
+            continue;
         world->roles[a].touched = world->roles[b].touched = 1;
-        if (world->roles[a].dynamic && world->roles[b].dynamic)
+        if (joins(set, i, pressing) && world->roles[a].dynamic && world->roles[b].dynamic)
             perp__join(world->parent, a, b);
     }
     for (int32_t k = 0; k < 2 * world->joint_slots; k++)
@@ -151,7 +154,7 @@ perp_status perp__build_islands(perp_world *world, const perp__contact_set *set)
     perp__join_joined(world);
     /* 2. Their order. */
     order_bodies(world);
-    order_contacts(world, set);
+    order_contacts(world, set, pressing);
     order_joints(world);
     return PERP_OK;
 }

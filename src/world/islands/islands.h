@@ -13,8 +13,9 @@ static inline int32_t perp__count_members(const perp_world *world)
     return world->island_count > 0 ? last->first_body + last->bodies : 0;
 }
 
-/* island.c: islands of the dynamic bodies that the set's included contacts join. */
-perp_status perp__build_islands(perp_world *world, const perp__contact_set *set);
+/* island.c: islands of the dynamic bodies that the set's included contacts join; `pressing`: with
+ * impulses alone. */
+perp_status perp__build_islands(perp_world *world, const perp__contact_set *set, int32_t pressing);
 
 static inline perp__motion *perp__island_motion(const perp_world *world, const perp__island *island,
                                                 int32_t i)

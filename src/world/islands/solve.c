@@ -295,7 +295,7 @@ static void summarise(const perp_world *world, perp__solve_summary *summary)
 static perp_status solve_changed(perp_world *world, double h, perp__solve_summary *summary)
 {
     int32_t last = -1;
-    perp_status status = perp__build_islands(world, &world->contacts);
+    perp_status status = perp__build_islands(world, &world->contacts, 0);
 
     PERP__THEN(status, perp__fit_island_work(world));
     PERP__THEN(status, perp__fit_batch(world));

@@ -6,11 +6,11 @@
  * them that joints have where it ends. That loses energy, of fourth order a step, which they get
  * back: their size stays, if they obeyed the joints where the step began.
  *
- * At last the island, with joints or without, has no more energy than before the step and forces
- * gave it: one that nothing drives loses velocity, all in the same ratio, where ways that close
- * joints were up a potential, a path that had not settled gave energy, or inertia turned beside the
- * angular velocity that contacts ask for. Velocities that obey joints, contacts and
- * friction do so still. What is free to fly keeps its momentum. */
+ * At last bodies that impulses and joints join have no more energy than before the step and forces
+ * gave them. What inertia gave that turned beside the angular velocity is taken from that; what
+ * else contacts gave, from their impulses; and where ways that close joints were up a potential or
+ * a path had not settled, all velocities get smaller, in one ratio: those that obey joints do so
+ * still. What is free to fly keeps its momentum. */
 #include <math.h>
 #include <string.h>
 
@@ -430,14 +430,107 @@ static perp_status end_swing(perp_world *world, const perp__island *island)
     return PERP_OK;
 }
 
+/* What its turn gave of a body's energy, by an inertia beside its angular velocity, or all that it
+ * has by turning; joints settle that otherwise. */
+static double turn_gave(const perp_world *world, int32_t body, int32_t all)
+{
+    const perp__state *next = &world->next[body];
+    const double own = perp__kinetic_of(world, body, next, next->velocity);
+    perp__state before = world->states[body];
+
+    perp__copy3(before.angular_velocity, next->angular_velocity);
+    if (world->roles[body].jointed)
+        return 0.0;
+    return all ? own : fmax(own - perp__kinetic_of(world, body, &before, before.velocity), 0.0);
+}
+
+/* Takes what the step gave from what turns gave, as far as that goes, each body's share from its
+ * own angular velocity. Returns what is left. */
+static double take_from_turns(perp_world *world, const perp__island *island, int32_t all)
+{
+    double sum = 0.0, share;
+
+    for (int32_t i = 0; i < island->bodies; i++)
+        sum += turn_gave(world, world->body_order[island->first_body + i], all);
+    share = fmin(energy_given(world, island) / sum, 1.0);
+    for (int32_t i = 0; i < island->bodies && share > 0.0; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
+        const double gave = turn_gave(world, body, all), spin = turn_gave(world, body, 1);
+
+        for (int32_t k = 0; k < 3 && gave > 0.0; k++)
+            world->next[body].angular_velocity[k] *= sqrt(1.0 - share * gave / spin);
+    }
+    return energy_given(world, island);
+}
+
+/* Impulses give less, all in one ratio 1 - t, where the energy of what they make of velocities is
+ * less by so much then: by t (d'M v) - t^2 d'M d/2, with d what they make of v. */
+static void take_impulses(perp_world *world, const perp__island *island, double excess)
+{
+    const double at_rest[3] = {0.0};
+    double half = 0.0, slope = 0.0, t, root;
+
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
+        const double *free = world->motions[body].free;
+        perp__state now = world->next[body], made = world->states[body];
+        double own;
+
+        memcpy(now.orientation, made.orientation, sizeof now.orientation);
+        now.angle = made.angle;
+        perp__subtract3(made.velocity, now.velocity, free);
+        perp__subtract3(made.angular_velocity, now.angular_velocity, free + 3);
+        half += own = perp__kinetic_of(world, body, &made, at_rest);
+        slope += own + perp__kinetic_of(world, body, &now, at_rest);
+        perp__copy3(now.velocity, free);
+        perp__copy3(now.angular_velocity, free + 3);
+        slope -= perp__kinetic_of(world, body, &now, at_rest);
+    }
+    excess = fmin(excess, slope * slope / (4.0 * half)); /* the most that it can be */
+    root = sqrt(fmax(slope * slope - 4.0 * half * excess, 0.0));
+    t = slope > 0.0 ? fmin(2.0 * excess / (slope + root), 1.0) : 0.0;
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
+        const double *free = world->motions[body].free;
+        perp__state *next = &world->next[body];
+
+        for (int32_t k = 0; k < 3; k++) {
+            next->velocity[k] -= t * (next->velocity[k] - free[k]);
+            next->angular_velocity[k] -= t * (next->angular_velocity[k] - free[3 + k]);
+        }
+    }
+    for (int32_t i = 0; i < 3 * island->contacts; i++)
+        perp__step_response(world, island, i / 3)->impulse[i % 3] *= 1.0 - t;
+}
+
+/* Energy that was given goes whence it came, of bodies that impulses join: from turns, and where
+ * contacts alone act from these impulses, and from all that turns. So momentum is that of the
+ * impulses that are told. Returns what is left. */
+static double take_given(perp_world *world, const perp__island *island)
+{
+    double given = take_from_turns(world, island, 0);
+
+    for (int32_t all = 0; all < 2 && given > 0.0 && island->joints == 0; all++) {
+        take_impulses(world, island, given);
+        given = take_from_turns(world, island, all);
+    }
+    return given;
+}
+
+static void place_again(perp_world *world, const perp__island *island)
+{
+    for (int32_t i = 0; i < island->bodies; i++)
+        perp__place_body(world, world->next, world->body_order[island->first_body + i], 1);
+}
+
 perp_status perp__end_islands(perp_world *world, int32_t *changed)
 {
     perp_status status = PERP_OK;
 
     *changed = 0;
+    /* 1. What joints lack. */
     for (int32_t i = 0; i < world->island_count && status == PERP_OK; i++) {
         const perp__island *island = &world->islands[i];
-        double given;
         int32_t closed = 0;
 
         if (island->joints > 0)
@@ -445,14 +538,22 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed)
         if (island->joints > 0 && status == PERP_OK &&
             perp__island_motion(world, island, 0)->verdict.swings)
             status = end_swing(world, island);
-        given = energy_given(world, island);
+        if (closed)
+            place_again(world, island);
+        *changed |= closed;
+    }
+    /* 2. Energy, of bodies that impulses join. */
+    PERP__THEN(status, perp__build_islands(world, &world->contacts, 1));
+    for (int32_t i = 0; i < world->island_count && status == PERP_OK; i++) {
+        const perp__island *island = &world->islands[i];
+        double given = energy_given(world, island);
+
+        *changed |= given > 0.0;
+        given = given > 0.0 ? take_given(world, island) : 0.0;
         if (given > 0.0 && keep_energy(world, island, given)) {
             (void)perp__island_errors(world, island);
-            closed = 1;
+            place_again(world, island);
         }
-        for (int32_t k = 0; k < island->bodies && closed; k++)
-            perp__place_body(world, world->next, world->body_order[island->first_body + k], 1);
-        *changed |= closed || given > 0.0;
     }
     return status;
 }
