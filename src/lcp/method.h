@@ -125,7 +125,6 @@ extern const perp__lcp_method perp__lcp_lemke;
 extern const perp__lcp_method perp__lcp_pgs;
 extern const perp__lcp_method perp__lcp_fischer;
 extern const perp__lcp_method perp__lcp_active_set;
-extern const perp__lcp_method perp__lcp_active_set_sparse;
 
 /* Calls the monitor and looks at the deadline. Returns -1 to go on, or the outcome to stop with
  * (stopped, time_limit); control->aborted tells an abort. Reads the clock only with a deadline. */

@@ -45,8 +45,7 @@ PERP__SETTINGS_READER(perp__lcp_settings_read, perp_lcp_settings, fields,
 /* ---- life ---- */
 
 static const perp__lcp_method *const methods[PERP__METHODS] = {
-    &perp__lcp_lemke, &perp__lcp_pgs, &perp__lcp_fischer, &perp__lcp_active_set,
-    &perp__lcp_active_set_sparse};
+    &perp__lcp_lemke, &perp__lcp_pgs, &perp__lcp_fischer, &perp__lcp_active_set};
 
 static void release(void *object)
 {

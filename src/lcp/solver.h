@@ -10,7 +10,7 @@
 #include "linalg/scale.h"
 #include "linalg/witness.h"
 
-#define PERP__METHODS 5
+#define PERP__METHODS 4
 
 /* Dense problems up to this size are kept by columns, each of this length. */
 #define PERP__SMALL_LENGTH 32
@@ -196,7 +196,7 @@ typedef struct perp__plan_step {
 
 /* plan.c: fills `steps` (room for PERP__PLAN_MOST) with the methods to try, in their order; returns
  * how many there are. */
-#define PERP__PLAN_MOST (PERP__METHODS + 2)
+#define PERP__PLAN_MOST (PERP__METHODS + 3)
 int32_t perp__make_plan(const perp_lcp_solver *solver, perp__plan_step *steps);
 
 /* small.c: makes M a view of its columns; perp__equilibrate for it, which scales them as well, and

@@ -128,6 +128,7 @@ static void layout(perp__arena *arena, void *object)
     perp__tridiagonal_factor_layout(arena, &b->tridiagonal, diagonals);
     b->dense = b->room ? b->room : perp__arena_take(arena, lines * n, sizeof(double));
     b->pivots = perp__arena_take(arena, lines, sizeof(int32_t));
+    perp__border_layout(arena, &b->border, lines);
 }
 
 static void layout_general(perp__arena *arena, void *object)
@@ -156,6 +157,7 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
     block->by_steps = 0;
     block->steps = -1;
     block->grid_built = 0;
+    block->border.is_open = block->border.changes = 0;
     block->suits_grid = block->is_nearly_z = 0;
     block->has_positive_diagonal = positive;
     block->has_z_signs = positive && !is_dense && has_z_signs(M);
@@ -227,6 +229,11 @@ static int32_t is_late(perp__sparse_block *b, double entries)
     return b->late;
 }
 
+int32_t perp__block_is_late(perp__sparse_block *block, double products)
+{
+    return is_late(block, PRODUCT * products);
+}
+
 static perp_status factor_general(perp__sparse_block *b)
 {
     perp_status status = perp__arena_fit(&b->general_arena, b->context, layout_general, b);
@@ -279,6 +286,7 @@ void perp__sparse_block_restart(perp__sparse_block *block, double deadline)
 {
     block->deadline = deadline;
     block->late = 0;
+    block->border.is_open = block->border.changes = 0;
     if (block->by_steps) { /* the steps that there are for a block do not tell from what came before
                             */
         block->by_steps = 0;
@@ -304,6 +312,7 @@ static void take(perp__sparse_block *b, const int32_t *active, int32_t count, do
     b->count = count;
     b->rho = rho;
     b->weights = NULL;
+    b->border.is_open = b->border.changes = 0;
     b->by_lu = 0;
     b->factored = 0;
     b->on_grid = 0;
@@ -404,8 +413,10 @@ static perp_status factor(perp__sparse_block *b)
 perp_status perp__sparse_block_factor(perp__sparse_block *block, const int32_t *active,
                                       int32_t count, double rho)
 {
-    if (block->factored && holds(block, active, count, rho))
+    if (block->factored && holds(block, active, count, rho)) {
+        block->border.changes = 0;
         return PERP_OK;
+    }
     take(block, active, count, rho);
     return factor(block);
 }
@@ -422,6 +433,18 @@ perp_status perp__sparse_block_factor_with(perp__sparse_block *block, const int3
     return status;
 }
 
+void perp__dense_block_solve(const perp__sparse_block *block, int32_t columns, double *X,
+                             int32_t transposed)
+{
+    if (block->count == 0)
+        return;
+    if (block->by_lu)
+        perp__lu_solve_columns(block->count, columns, block->dense, block->count, block->pivots, X,
+                               block->M->rows, transposed);
+    else
+        perp__cholesky_solve(block->count, columns, block->dense, block->count, X, block->M->rows);
+}
+
 void perp__sparse_block_solve(perp__sparse_block *block, double *x, int32_t transposed)
 {
     if (block->kind == PERP__SPARSE_SYMMETRIC && !block->by_lu) {
@@ -430,12 +453,11 @@ void perp__sparse_block_solve(perp__sparse_block *block, double *x, int32_t tran
     }
     for (int32_t k = 0; k < block->count; k++)
         block->x[k] = x[block->active[k]];
-    if (block->kind == PERP__DENSE && block->by_lu)
-        perp__lu_solve(block->count, block->dense, block->count, block->pivots, block->x,
-                       transposed);
-    else if (block->kind == PERP__DENSE)
-        perp__cholesky_solve(block->count, 1, block->dense, block->count, block->x, block->count);
-    else if (block->by_lu)
+    if (block->kind == PERP__DENSE) {
+        perp__dense_block_solve(block, 1, block->x, transposed);
+        if (block->border.changes > 0)
+            perp__border_solve(block, x);
+    } else if (block->by_lu)
         perp__klu_solve(block->lu, block->x, transposed);
     else if (transposed)
         perp__tridiagonal_solve_transposed(&block->tridiagonal, block->x);
@@ -519,6 +541,20 @@ static int32_t solve_by_steps(perp__sparse_block *b, const double *right)
     return square <= goal;
 }
 
+/* By a border of the factors that this solve has made or found, or else by new ones. */
+static perp_status approach_dense(perp__sparse_block *block, const int32_t *active, int32_t count)
+{
+    perp_status status;
+
+    if (block->factored && block->border.is_open && perp__border_choose(block, active, count))
+        return PERP_OK;
+    status = perp__sparse_block_factor(block, active, count, 0.0);
+    block->border.is_open = status == PERP_OK;
+    if (status == PERP_OK)
+        perp__border_begin(block);
+    return status;
+}
+
 perp_status perp__sparse_block_approach(perp__sparse_block *block, const int32_t *active,
                                         int32_t count)
 {
@@ -528,6 +564,8 @@ perp_status perp__sparse_block_approach(perp__sparse_block *block, const int32_t
     perp__multigrid *grid = NULL;
     perp_status status = PERP_OK;
 
+    if (block->kind == PERP__DENSE)
+        return approach_dense(block, active, count);
     if ((block->factored || block->on_grid || block->by_steps > 0) &&
         holds(block, active, count, 0.0))
         return PERP_OK;

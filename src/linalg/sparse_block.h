@@ -29,6 +29,28 @@ enum perp__sparse_kind {
     PERP__DENSE /* by columns; Cholesky, or LU, as the symmetric ones */
 };
 
+/* Dense blocks of sets A that differ by few indices from the set A0 of the factors: what entered
+ * (E) and what left (L) borders the old block, [ M_00  M_0E  -I_0L ] [x_0]   [r_0] [ M_E0  M_EE 0
+ * ] [x_E] = [r_E],
+ *   [-I_L0   0      0   ] [w_L]   [ 0 ]
+ * and costs solves with the old factors and one with the Schur complement of M_00. */
+typedef struct perp__border {
+    int32_t is_open;    /* the factors may be bordered */
+    int32_t capacity;   /* most changes that are kept */
+    int32_t kept;       /* changes with a column below */
+    int32_t changes;    /* those that tell A from A0 */
+    int32_t *position;  /* n: place in A0, or -1 */
+    int32_t *column_of; /* n: the kept change of an index, or -1 */
+    int32_t *changed;   /* index of a kept change */
+    int32_t *differ;    /* indices that tell A from A0 */
+    double *rows;       /* n by capacity: rows of the lower left block, as columns */
+    double *solved;     /* n by capacity: old block^-1 times columns of the upper right block */
+    double *corner;     /* capacity^2: lower right block - rows' solved */
+    double *schur;      /* capacity^2: the corner of these changes, factored */
+    int32_t *pivots;    /* capacity */
+    double *y;          /* capacity */
+} perp__border;
+
 /* At first all 0 but for the context. */
 typedef struct perp__sparse_block {
     perp_context *context;
@@ -65,6 +87,7 @@ typedef struct perp__sparse_block {
     double *room;  /* for factors of a dense block, lent by who holds the matrix; NULL: its own */
     double *dense; /* these factors, and the pivots of LU */
     int32_t *pivots;
+    perp__border border;
     double *x, *residual;                   /* n */
     double *direction, *product, *diagonal; /* n, of conjugate gradients */
     perp__multigrid grid;
@@ -91,14 +114,15 @@ perp_status perp__sparse_block_factor_with(perp__sparse_block *block, const int3
  * entries are not looked at. */
 void perp__sparse_block_solve(perp__sparse_block *block, double *x, int32_t transposed);
 
-/* As perp__sparse_block_factor with rho = 0, for rough solves only: large blocks that multigrid
- * serves are not factored, nor those whose factors cost more than many products with them. */
+/* As perp__sparse_block_factor with rho = 0, by what costs least: large blocks that multigrid
+ * serves are not factored, nor those whose factors cost more than many products with them, and then
+ * solves are rough; dense ones may border the last factors. */
 perp_status perp__sparse_block_approach(perp__sparse_block *block, const int32_t *active,
                                         int32_t count);
 
 /* x_A := M_AA^-1 x_A after either; without factors the residual falls to PERP__ROUGH of what it
- * was. Where that fails, the block is factored after all: PERP_OK, PERP__FACTOR_SINGULAR or
- * PERP_ERROR_MEMORY. */
+ * was; other entries may become 0. Where that fails, the block is factored after all: PERP_OK,
+ * PERP__FACTOR_SINGULAR or PERP_ERROR_MEMORY. */
 perp_status perp__sparse_block_solve_roughly(perp__sparse_block *block, double *x);
 
 /* The hierarchy of the whole matrix, built when it is first asked for; NULL if it does not serve.
@@ -111,6 +135,21 @@ perp_status perp__sparse_block_grid(perp__sparse_block *block, perp__multigrid *
 void perp__sparse_block_restart(perp__sparse_block *block, double deadline);
 
 void perp__sparse_block_release(perp__sparse_block *block);
+
+/* Whether there is no time left for something that takes as long as so many products. */
+int32_t perp__block_is_late(perp__sparse_block *block, double products);
+
+/* X := block^-1 X, or its transpose's, by the factors of a dense block; columns n apart. */
+void perp__dense_block_solve(const perp__sparse_block *block, int32_t columns, double *X,
+                             int32_t transposed);
+
+/* border.c: its memory; none kept for the factors as they are; the border that leads to another
+ * set, if that is cheaper than factors (1); and what it changes in x and block->x, which holds
+ * x_A0 solved for with the old factors. */
+void perp__border_layout(perp__arena *arena, perp__border *border, size_t n);
+void perp__border_begin(perp__sparse_block *block);
+int32_t perp__border_choose(perp__sparse_block *block, const int32_t *active, int32_t count);
+void perp__border_solve(perp__sparse_block *block, double *x);
 
 /* Whether M, CSC with sorted columns, is equal to its transpose, each entry up to `tolerance` of
  * it. cursor: n entries. */

@@ -1,4 +1,4 @@
-/* Crashes by block pivoting: they may only change how many steps Lemke's method takes. */
+/* Crashes by active sets: they may only change how many steps Lemke's method takes. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -23,6 +23,7 @@ typedef struct fixture {
     perp__matrix M;
     double values[N * N];
     perp__lcp_problem problem;
+    perp__sparse_block block;
     perp_lcp_settings settings;
     perp__arena arena;
     double lower[N], upper[N], row_norms[N], q[N];
@@ -46,6 +47,7 @@ static void set_up(fixture *f)
     f->problem.upper = f->upper;
     f->problem.row_norms = f->row_norms;
     f->problem.q = f->q;
+    f->problem.block = &f->block;
     f->problem.settings = &f->settings;
     l->head.problem = &f->problem;
     memset(&f->arena, 0, sizeof f->arena);

@@ -1,5 +1,4 @@
-/* Active sets: block pivoting on a dense matrix, primal-dual sets on a sparse one, and what these
- * work with. */
+/* Active sets, and what finds the first one on large sparse matrices. */
 #ifndef PERP_LCP_ACTIVE_SET_H
 #define PERP_LCP_ACTIVE_SET_H
 
@@ -10,100 +9,13 @@
 /* Exchanges of whole blocks without progress before single ones. */
 #define PERP__PATIENCE 10
 
-/* A look for a basis near the solution's, and active sets of many small problems, end after so many
- * rounds, and go on otherwise after so many in a row that did not help. */
+/* Active sets of many small problems end after so many rounds; these, and a look for a basis near
+ * the solution's, go on otherwise after so many in a row that did not help. */
 #define PERP__CRASH_ROUNDS 24
 #define PERP__CRASH_PATIENCE 3
 
-/* ---- active_block.c ---- */
-
-/* Linear systems with the active block M_AA of a dense matrix, for sets A that change from one to
- * the next.
- *
- * The block of some set A0 is factored: by Cholesky where M is symmetric and the block positive
- * definite, else by LU. While A differs from A0 by few indices, what entered (E) and what left (L)
- * borders the old block,
- *   [ M_00  M_0E  -I_0L ] [x_0]   [r_0]
- *   [ M_E0  M_EE    0   ] [x_E] = [r_E],
- *   [-I_L0   0      0   ] [w_L]   [ 0 ]
- * and costs solves with the old factors and one with the Schur complement of M_00. */
-
-/* What a choice of A led to. */
-enum perp__block_state {
-    PERP__BLOCK_READY = 0,
-    PERP__BLOCK_INDEFINITE = 1, /* only where definite blocks alone were asked for */
-    PERP__BLOCK_SINGULAR = 2
-};
-
-typedef struct perp__active_block {
-    const perp__matrix *M; /* dense, by columns */
-    perp__lcp_control *control;
-    int32_t symmetric;     /* up to rounding */
-    int32_t definite;      /* accept blocks only that M positive definite could have */
-    int32_t by_cholesky;   /* how the block is factored */
-    int32_t count;         /* of A0; 0: nothing is factored */
-    int32_t *order;        /* n: A0 */
-    int32_t *position;     /* n: place in the order, or -1 */
-    double *block;         /* n by n: the factors */
-    int32_t *pivots;       /* n */
-    int32_t capacity;      /* most changes that are kept */
-    int32_t kept;          /* changes with a column below */
-    int32_t *changed;      /* index of a kept change */
-    int32_t *column_of;    /* n: the kept change of an index, or -1 */
-    double *border;        /* n by capacity: rows of the lower left block, as columns */
-    double *solved;        /* n by capacity: old block^-1 times columns of the upper right block */
-    double *corner;        /* capacity^2: lower right block - border' solved */
-    int32_t changes;       /* of the kept ones, those that tell A from A0 */
-    int32_t *used;         /* which they are */
-    double *schur;         /* capacity^2: their corner, factored */
-    int32_t *schur_pivots; /* capacity */
-    double *x, *y;         /* n and capacity */
-} perp__active_block;
-
-/* Takes the arrays; `block` too unless the caller lends n by n doubles by setting it afterwards. */
-void perp__active_block_layout(perp__arena *arena, perp__active_block *b, int32_t n, int32_t lent);
-
-/* Forgets all factors and points to the problem's matrix (dense). */
-void perp__active_block_begin(perp__active_block *b, const perp__lcp_problem *problem,
-                              int32_t symmetric);
-
-/* Makes ready for A = {i: places_i is PERP__BETWEEN}. */
-enum perp__block_state perp__active_block_choose(perp__active_block *b, const int8_t *places);
-
-/* M_AA r_A := r_A; the other entries of r are not touched. `places` as chosen. */
-void perp__active_block_solve(perp__active_block *b, const int8_t *places, double *r);
-
-/* ---- block_pivoting.c ---- */
-
-/* Block principal pivoting, also known as the primal-dual active set method, for dense LCPs with
- * bounds. */
-
-typedef struct perp__block_pivoting {
-    perp__active_block active;
-    const perp__lcp_problem *problem;
-    int64_t round_limit;
-    int32_t patience; /* rounds of whole blocks without fewer infeasibilities */
-    int32_t few;      /* infeasibilities from which on it is the next one */
-    int32_t patience_of_few;
-    int32_t single_patience; /* and of one index at a time, after those */
-    int8_t *places;          /* n, enum perp__place: the start; at the end the best index set met */
-    double *z;               /* n, scaled: its point */
-    int8_t *trial_places;    /* n */
-    int8_t *next;            /* n: where the trial's indices belong */
-    double *trial_z, *w;     /* n */
-    int64_t rounds;          /* exchanges made */
-    int32_t infeasible;      /* indices of the best set; 0: it solves the problem */
-} perp__block_pivoting;
-
-void perp__block_pivoting_layout(perp__arena *arena, perp__block_pivoting *b, int32_t n,
-                                 int32_t lent);
-
-/* Pivots from `places` on (a cold start: perp__block_pivoting_start). Returns the outcome: solved,
- * stalled, singular, iteration limit, or what perp__lcp_tick asked for. */
-perp_outcome perp__block_pivoting_run(perp__block_pivoting *b);
-
 /* Every variable at a finite bound, free ones between. */
-void perp__block_pivoting_start(const perp__lcp_problem *problem, int8_t *places);
+void perp__places_at_bounds(const perp__lcp_problem *problem, int8_t *places);
 
 /* The index set of a point: between strictly means between its bounds. */
 void perp__places_of(const perp__lcp_problem *problem, const double *z, int8_t *places);
@@ -169,11 +81,11 @@ int32_t perp__nested_run(perp__nested *nested, const perp__lcp_problem *problem,
 
 void perp__nested_release(perp__nested *nested);
 
-/* ---- sparse.c ---- */
+/* ---- active_set.c ---- */
 
-/* Primal-dual active sets on a sparse matrix, for whoever wants its last index set. */
+/* Primal-dual active sets, for whoever wants the last one. */
 
-typedef struct perp__sparse_active_set {
+typedef struct perp__active_set {
     perp__lcp_work common;
     perp__tridiagonal_lcp tridiagonal;
     perp__nested nested;
@@ -182,12 +94,14 @@ typedef struct perp__sparse_active_set {
     double *weights; /* n, of a penalty */
     double residual; /* of the last equations */
     double rho;      /* proximal term of their block */
-    int32_t *active; /* n: the variables between their bounds */
+    int32_t wrong;   /* signs of their solution; 0: it solves the problem */
+    int32_t count;
+    int32_t *active; /* n: the variables between their bounds, `count` of them */
     int8_t *next;    /* n: places after a full exchange */
-} perp__sparse_active_set;
+} perp__active_set;
 
 /* The arrays for common.problem. */
-void perp__sparse_active_set_layout(perp__arena *arena, void *work);
+void perp__active_set_layout(perp__arena *arena, void *work);
 
 typedef struct perp__active_set_limits {
     int64_t iterations;
@@ -198,16 +112,16 @@ typedef struct perp__active_set_limits {
 } perp__active_set_limits;
 
 /* From iterate->z; ends with the last index set in iterate->places. PERP_OK or _MEMORY. */
-perp_status perp__sparse_active_set_run(perp__sparse_active_set *work, perp__lcp_iterate *iterate,
-                                        const perp__active_set_limits *limits);
+perp_status perp__active_set_run(perp__active_set *work, perp__lcp_iterate *iterate,
+                                 const perp__active_set_limits *limits);
 
 /* The side on which z - w lies: the active sets of the natural map. */
-void perp__sparse_active_set_places(perp__sparse_active_set *work, const double *z, int8_t *places);
+void perp__active_set_places(perp__active_set *work, const double *z, int8_t *places);
 
 /* What is not in the arena. */
-void perp__sparse_active_set_release(void *work);
+void perp__active_set_release(void *work);
 
 /* perp__lcp_iterate's, with the factors of the last equations. */
-int32_t perp__sparse_active_set_correct(void *work, const double *residual, double *step);
+int32_t perp__active_set_correct(void *work, const double *residual, double *step);
 
 #endif

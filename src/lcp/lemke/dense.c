@@ -2,7 +2,7 @@
  * finite bound and free variables pivoted into the basis first, so that what is left is an LCP in
  * the other pairs; the start at a given complementary basis; what the path asks of a tableau.
  *
- * Where it starts if not at the caller's problem as it is: block principal pivoting solves most
+ * Where it starts if not at the caller's problem as it is: exchanges of active sets solve most
  * problems whose matrix is positive definite, and a start that the caller gives names a basis. Only
  * the cold start keeps what makes Lemke's method process copositive matrices, so every other one is
  * a first try, after which the cold one follows. */
@@ -16,32 +16,32 @@
 #define CRASH_LU_FROM 256
 /* The more of M is skew, the more rounds it takes: from this part on too many for LU. */
 #define CRASH_SKEW 1.5
-/* The basis it ends with is taken if at most this part of the indices is infeasible; but to get
- * there by pivots costs as much as a dozen rounds, so from there on it may wait longer. */
+/* The basis it ends with is taken if at most this part of the indices is infeasible. */
 #define CRASH_PART 8
 
-void perp__lemke_layout_tableau(perp__arena *arena, perp__lemke *l)
+static void layout(perp__arena *arena, void *object)
 {
+    perp__lemke *l = object;
     const size_t pairs = (size_t)l->capacity;
 
     perp__tableau_layout(arena, &l->tableau, l->capacity, l->capacity + 1);
     l->nonbasic = perp__arena_take(arena, pairs + 1, sizeof(int32_t));
     l->column_of = perp__arena_take(arena, 2 * pairs + 1, sizeof(int32_t));
     l->queue = perp__arena_take(arena, pairs, sizeof(int32_t));
-    if (!l->head.problem->M->column_starts)
-        perp__block_pivoting_layout(arena, &l->crash, l->head.problem->n, 1);
-    l->examined = -1;
 }
 
 /* The standard form with all x nonbasic at 0: b = sign (q + M base), T = -sign M sign in the
  * pairs. */
-static void fill(perp__lemke *l)
+static perp_status fill(perp__lemke *l)
 {
     const perp__lcp_problem *p = l->head.problem;
+    const perp_status status = perp__arena_fit(&l->tableau_arena, p->context, layout, l);
     const size_t ld = (size_t)l->tableau.leading_dimension;
     const int32_t plain = perp__lemke_name_pairs(l);
     double *T = l->tableau.T;
 
+    if (status != PERP_OK)
+        return status;
     perp__lcp_dense(p, -1.0, T, ld);
     memcpy(l->work, p->q, (size_t)p->n * sizeof *l->work);
     for (int32_t j = 0; j < p->n; j++) {
@@ -65,6 +65,7 @@ static void fill(perp__lemke *l)
         l->basic[k] = l->pairs + k;
         l->nonbasic[k] = k;
     }
+    return PERP_OK;
 }
 
 void perp__lemke_index(perp__lemke *l)
@@ -206,9 +207,11 @@ static void split_left(perp__lemke *l, int32_t left)
 
 static perp_status start(perp__lemke *l, const perp__lcp_iterate *iterate)
 {
+    const perp_status status = fill(l);
     int32_t any_free = 0, left;
 
-    fill(l);
+    if (status != PERP_OK)
+        return status;
     for (int32_t k = 0; k < l->pairs; k++)
         any_free |= is_free(l, k);
     left = any_free ? make_free_basic(l) : 0;
@@ -302,63 +305,14 @@ static void examine(perp__lemke *l)
     l->crashes &= large <= M->rows / 16;
 }
 
-/* perp__lcp_iterate's, by the block of the crash. */
-static int32_t correct_crash(void *work, const double *residual, double *step)
-{
-    perp__lemke *l = work;
-
-    memcpy(step, residual, (size_t)l->head.problem->n * sizeof *step);
-    perp__active_block_solve(&l->crash.active, l->crash.places, step);
-    return 1;
-}
-
-static enum perp__lemke_guess crash(perp__lemke *l, perp__lcp_iterate *iterate)
-{
-    const perp__lcp_problem *p = l->head.problem;
-    const size_t n = (size_t)p->n;
-    perp__block_pivoting *b = &l->crash;
-    perp_outcome outcome;
-
-    b->active.block = l->tableau.T;
-    perp__active_block_begin(&b->active, p, p->block->is_symmetric);
-    b->active.definite = 1;
-    b->problem = p;
-    b->patience = PERP__CRASH_PATIENCE;
-    b->few = p->n / CRASH_PART;
-    b->patience_of_few = PERP__PATIENCE;
-    b->single_patience = 0;
-    b->round_limit = PERP__CRASH_ROUNDS;
-    if (p->iteration_limit > 0 && p->iteration_limit < b->round_limit)
-        b->round_limit = p->iteration_limit;
-    memcpy(b->places, l->places, n);
-    outcome = perp__block_pivoting_run(b);
-    l->spent = b->rounds;
-    if (outcome == PERP_OUTCOME_SOLVED || outcome == PERP_OUTCOME_STOPPED ||
-        outcome == PERP_OUTCOME_TIME_LIMIT ||
-        (outcome == PERP_OUTCOME_ITERATION_LIMIT && b->round_limit == p->iteration_limit)) {
-        iterate->outcome = outcome;
-        memcpy(iterate->z, b->z, n * sizeof *b->z);
-        memcpy(iterate->places, b->places, n);
-        iterate->has_places = 1;
-        iterate->iterations = b->rounds;
-        if (outcome == PERP_OUTCOME_SOLVED)
-            iterate->correct = correct_crash;
-        return PERP__GUESS_END;
-    }
-    if (b->infeasible > p->n / CRASH_PART)
-        return PERP__GUESS_NONE;
-    memcpy(l->places, b->places, n);
-    return PERP__GUESS_BASIS;
-}
-
-/* Block pivoting where M looks positive definite, and the basis that a start of the caller's names.
+/* Active sets where M looks positive definite, and the basis that a start of the caller's names.
  * Its rounds are counted in l->spent. */
 static perp_status start_near(perp__lemke *l, perp__lcp_iterate *iterate,
                               enum perp__lemke_guess *guess)
 {
     const perp__lcp_problem *p = l->head.problem;
+    perp_status status = PERP_OK;
 
-    *guess = PERP__GUESS_NONE;
     if (p->settings->pivot_rule != PERP_PIVOT_HARRIS)
         return PERP_OK;
     /* 1. The places. From a good start a round or two are enough, whatever M's symmetry; but the
@@ -366,19 +320,24 @@ static perp_status start_near(perp__lemke *l, perp__lcp_iterate *iterate,
     if (iterate->warm)
         perp__places_of(p, iterate->z, l->places);
     else
-        perp__block_pivoting_start(p, l->places);
+        perp__places_at_bounds(p, l->places);
     if (p->settings->crash && !p->M->column_starts) {
         examine(l);
         if (l->crashes ||
             (iterate->warm && p->block->has_positive_diagonal && !p->settings->polish))
-            *guess = crash(l, iterate);
+            status = perp__lemke_crash(l, iterate, 0, 0.0, guess);
+        if (*guess == PERP__GUESS_BASIS && l->crash.wrong > p->n / CRASH_PART)
+            *guess = PERP__GUESS_NONE;
+        if (*guess == PERP__GUESS_BASIS)
+            memcpy(l->places, iterate->places, (size_t)p->n);
     }
     if (*guess == PERP__GUESS_NONE && iterate->warm)
         *guess = PERP__GUESS_BASIS;
-    if (*guess != PERP__GUESS_BASIS)
-        return PERP_OK;
+    if (status == PERP_OK && *guess == PERP__GUESS_BASIS)
+        status = fill(l);
+    if (status != PERP_OK || *guess != PERP__GUESS_BASIS)
+        return status;
     /* 2. Their basis. With x nonbasic at its upper bound v is b less its column there. */
-    fill(l);
     for (int32_t k = 0; k < l->pairs; k++) {
         l->at_upper[k] =
             l->sign[k] > 0 && l->places[l->index[k]] == PERP__AT_UPPER && isfinite(l->range[k]);

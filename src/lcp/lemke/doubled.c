@@ -59,8 +59,6 @@ static void layout(perp__arena *arena, void *object)
     perp__doubled *d = &l->doubled;
     const size_t n = (size_t)l->capacity, columns = 2 * n; /* an inversion takes half at most */
 
-    if (l->is_sparse)
-        perp__lemke_layout_tableau(arena, l);
     d->capacity = (int32_t)columns;
     d->rows = perp__arena_take(arena, columns, sizeof(int32_t));
     PERP__DOUBLES(arena, columns, &d->pivot_high, &d->pivot_low);
@@ -82,6 +80,8 @@ static perp_status start(perp__lemke *l, const perp__lcp_iterate *iterate)
     if (status != PERP_OK)
         return status;
     status = perp__lemke_dense.start(l, iterate);
+    if (status != PERP_OK)
+        return status;
     pairs = (size_t)l->pairs;
     d->count = 0;
     memset(d->b_low, 0, pairs * sizeof *d->b_low);

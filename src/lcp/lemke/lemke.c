@@ -58,8 +58,8 @@ static void layout(perp__arena *arena, void *work)
     l->is_sparse = starts && FILLED * (int64_t)starts[n] <= n * n;
     if (l->is_sparse)
         perp__factored_layout(arena, l);
-    else
-        perp__lemke_layout_tableau(arena, l);
+    l->crash.common.problem = p;
+    perp__active_set_layout(arena, &l->crash);
     PERP__DOUBLES(arena, pairs, &l->range, &l->covering, &l->base, &l->work, &l->row_unit,
                   &l->column_unit);
     PERP__DOUBLES(arena, rows + 1, &l->b, &l->low, &l->high, &l->column, &l->far, &l->speed);
@@ -158,6 +158,38 @@ static void write_ray(const perp__lemke *l, perp__lcp_iterate *iterate)
         if (l->twin[k] < 0 || l->sign[k] > 0)
             iterate->covering[i] = l->sign[k] * l->covering[k] / l->row_unit[k] * dt;
     }
+}
+
+/* perp__lcp_iterate's, by the factors of the crash. */
+static int32_t correct_crash(void *work, const double *residual, double *step)
+{
+    perp__lemke *l = work;
+
+    return perp__active_set_correct(&l->crash, residual, step);
+}
+
+perp_status perp__lemke_crash(perp__lemke *l, perp__lcp_iterate *iterate, int32_t few, double rho,
+                              enum perp__lemke_guess *guess)
+{
+    const perp__lcp_problem *p = l->head.problem;
+    perp__active_set_limits limits = {PERP__ITERATIONS, PERP__CRASH_PATIENCE, 0, few, rho};
+    perp_status status;
+
+    if (p->iteration_limit > 0 && p->iteration_limit < limits.iterations)
+        limits.iterations = p->iteration_limit;
+    l->crash.common.problem = p;
+    status = perp__active_set_run(&l->crash, iterate, &limits);
+    l->spent = iterate->iterations;
+    if (status != PERP_OK || iterate->outcome == PERP_OUTCOME_SINGULAR)
+        return status;
+    *guess = PERP__GUESS_BASIS;
+    if (iterate->outcome == PERP_OUTCOME_STALLED ||
+        (iterate->outcome == PERP_OUTCOME_ITERATION_LIMIT && limits.iterations == PERP__ITERATIONS))
+        return PERP_OK;
+    *guess = PERP__GUESS_END;
+    iterate->has_places = 1;
+    iterate->correct = iterate->outcome == PERP_OUTCOME_SOLVED ? correct_crash : NULL;
+    return PERP_OK;
 }
 
 /* From another basis than the cold one, near the solution's. A ray from there proves nothing, so
@@ -359,9 +391,10 @@ static void release(void *work)
 {
     perp__lemke *l = work;
 
+    perp__arena_release(&l->tableau_arena);
     perp__arena_release(&l->doubled.arena);
     perp__basis_release(&l->factored.basis);
-    perp__sparse_active_set_release(&l->factored.crash);
+    perp__active_set_release(&l->crash);
 }
 
 const perp__lcp_method perp__lcp_lemke = {

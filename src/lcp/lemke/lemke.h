@@ -169,7 +169,6 @@ typedef struct perp__doubled {
 /* Sparse factors of the columns of v - S x - h t = q, S = sign M sign. */
 typedef struct perp__factored {
     perp__basis basis;
-    perp__sparse_active_set crash;
     int32_t split;    /* free variables are */
     int32_t missing;  /* the pair of which no member is basic while t is; else -1 */
     int32_t *pair_of; /* n: pair of the caller's variable, or -1 if that is fixed */
@@ -230,6 +229,7 @@ struct perp__lemke {
     int8_t *places;       /* n: a complementary basis to start from */
 
     /* representations of the basis */
+    perp__arena tableau_arena; /* made when a tableau is first filled */
     perp__tableau tableau;
     int32_t *nonbasic;  /* variable of a column */
     int32_t *column_of; /* column of a variable, or -1 */
@@ -237,9 +237,9 @@ struct perp__lemke {
     perp__doubled doubled;
     perp__factored factored;
 
-    perp__block_pivoting crash; /* dense M only; its block lies in the tableau's memory */
-    int64_t examined;           /* the set-up since which it is known what M says */
-    int32_t crashes;            /* a crash from cold may pay */
+    perp__active_set crash;
+    int64_t examined; /* the set-up since which it is known what M says */
+    int32_t crashes;  /* a crash from cold may pay */
 };
 
 /* The name of t. */
@@ -282,10 +282,13 @@ double perp__lemke_largest_entry(const perp__lemke *l);
 /* perp__lemke_basis's move in double. */
 double perp__lemke_move(perp__lemke *l, int32_t r, double far);
 
-/* dense.c: memory of the tableau and the crash. */
-void perp__lemke_layout_tableau(perp__arena *arena, perp__lemke *l);
+/* lemke.c: active sets, from the iterate's point until they have solved the problem, which is
+ * *guess's END, or, with l->crash.wrong signs not more than `few`, or not to be lowered, come near:
+ * BASIS, that of iterate->places. `rho`: the limits'. Rounds are counted in l->spent. */
+perp_status perp__lemke_crash(perp__lemke *l, perp__lcp_iterate *iterate, int32_t few, double rho,
+                              enum perp__lemke_guess *guess);
 
-/* Rows, columns and sizes once the first basis is there. */
+/* dense.c: rows, columns and sizes once the first basis is there. */
 void perp__lemke_index(perp__lemke *l);
 
 /* units.c: takes back a scaling of the rows, where one is found in a tableau that is -M yet. eager:

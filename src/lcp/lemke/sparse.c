@@ -47,8 +47,6 @@ void perp__factored_layout(perp__arena *arena, perp__lemke *l)
         entries += p->lower[j] == -INFINITY && p->upper[j] == INFINITY ? 2 * column : column;
     }
     perp__basis_layout(arena, &f->basis, l->capacity, entries, SPIKES, SPIKES * pairs);
-    f->crash.common.problem = p;
-    perp__sparse_active_set_layout(arena, &f->crash);
     f->pair_of = perp__arena_take(arena, n, sizeof(int32_t));
     PERP__DOUBLES(arena, pairs, &f->q, &f->h, &f->entry_values);
     f->entry_rows = perp__arena_take(arena, pairs, sizeof(int32_t));
@@ -230,38 +228,16 @@ static perp_status take_guess(perp__lemke *l, enum perp__lemke_guess *guess)
     return PERP_OK;
 }
 
-static int32_t correct(void *work, const double *residual, double *step)
-{
-    perp__lemke *l = work;
-
-    return perp__sparse_active_set_correct(&l->factored.crash, residual, step);
-}
-
-/* Active sets, until they have solved the problem or come near. */
+/* Active sets, and the basis where they have come near. */
 static perp_status crash(perp__lemke *l, perp__lcp_iterate *iterate, enum perp__lemke_guess *guess)
 {
-    const perp__lcp_problem *p = l->head.problem;
-    perp__active_set_limits limits = {PERP__ITERATIONS, PERP__CRASH_PATIENCE, 0, FEW,
-                                      sqrt(DBL_EPSILON)};
-    perp_status status;
+    const perp_status status = perp__lemke_crash(l, iterate, FEW, sqrt(DBL_EPSILON), guess);
 
-    if (p->iteration_limit > 0 && p->iteration_limit < limits.iterations)
-        limits.iterations = p->iteration_limit;
-    l->factored.crash.common.problem = p;
-    status = perp__sparse_active_set_run(&l->factored.crash, iterate, &limits);
-    l->spent = iterate->iterations;
-    if (status != PERP_OK)
+    if (status != PERP_OK || *guess != PERP__GUESS_BASIS)
         return status;
-    if (iterate->outcome == PERP_OUTCOME_SINGULAR)
-        return PERP_OK;
-    memcpy(l->places, iterate->places, (size_t)p->n);
-    if (iterate->outcome == PERP_OUTCOME_STALLED ||
-        (iterate->outcome == PERP_OUTCOME_ITERATION_LIMIT && limits.iterations == PERP__ITERATIONS))
-        return take_guess(l, guess);
-    *guess = PERP__GUESS_END;
-    iterate->has_places = 1;
-    iterate->correct = iterate->outcome == PERP_OUTCOME_SOLVED ? correct : NULL;
-    return PERP_OK;
+    *guess = PERP__GUESS_NONE;
+    memcpy(l->places, iterate->places, (size_t)l->head.problem->n);
+    return take_guess(l, guess);
 }
 
 /* From the caller's z0, by active sets, or both, as the settings allow. */
@@ -276,8 +252,8 @@ static perp_status start_near(perp__lemke *l, perp__lcp_iterate *iterate,
     if (p->settings->pivot_rule == PERP_PIVOT_LEXICOGRAPHIC)
         return PERP_OK;
     if (iterate->warm) {
-        l->factored.crash.common.problem = p;
-        perp__sparse_active_set_places(&l->factored.crash, z, l->places);
+        l->crash.common.problem = p;
+        perp__active_set_places(&l->crash, z, l->places);
         status = take_guess(l, guess);
         if (status == PERP_OK && *guess == PERP__GUESS_NONE) {
             /* by z alone: a solution of a problem nearby solves no equations here, so that w says
@@ -305,7 +281,7 @@ static perp_status start(perp__lemke *l, const perp__lcp_iterate *iterate)
     perp_status status;
 
     (void)iterate;
-    perp__block_pivoting_start(l->head.problem, l->places);
+    perp__places_at_bounds(l->head.problem, l->places);
     status = take_places(l, 0);
     for (k = 0; k < l->pairs; k++)
         any_free |= perp__lemke_is_free(l, k);

@@ -1,4 +1,4 @@
-/* Primal-dual active sets on a sparse matrix: Hintermueller, Ito & Kunisch, "The primal-dual active
+/* Primal-dual active sets: Hintermueller, Ito & Kunisch, "The primal-dual active
  * set strategy as a semismooth Newton method", SIAM J. Optim. 13 (2002) 865. Given an index set,
  * the equations of the variables between their bounds are solved, then every variable outside of
  * its bounds moves to the nearer one, and every variable at a bound whose w has the wrong sign is
@@ -31,14 +31,9 @@ typedef struct exchange {
     double violation; /* the largest, in the units of the tested residual */
 } exchange;
 
-static int32_t suits(const perp__lcp_problem *problem)
+void perp__active_set_layout(perp__arena *arena, void *object)
 {
-    return problem->M->column_starts != NULL;
-}
-
-void perp__sparse_active_set_layout(perp__arena *arena, void *object)
-{
-    perp__sparse_active_set *work = object;
+    perp__active_set *work = object;
     const perp__lcp_problem *problem = work->common.problem;
     const size_t n = (size_t)problem->n;
     const int32_t tridiagonal = problem->block->kind == PERP__SPARSE_TRIDIAGONAL;
@@ -49,12 +44,36 @@ void perp__sparse_active_set_layout(perp__arena *arena, void *object)
     work->next = perp__arena_take(arena, n, sizeof(int8_t));
 }
 
-static void multiply(perp__sparse_active_set *work, const double *z)
+static void multiply(perp__active_set *work, const double *z)
 {
-    perp__lcp_affine(work->common.problem, z, work->w);
+    const perp__lcp_problem *p = work->common.problem;
+
+    if (perp__largest_or_nan(z, p->n) == 0.0)
+        memcpy(work->w, p->q, (size_t)p->n * sizeof *work->w);
+    else
+        perp__lcp_affine(p, z, work->w);
 }
 
-void perp__sparse_active_set_places(perp__sparse_active_set *work, const double *z, int8_t *places)
+void perp__places_at_bounds(const perp__lcp_problem *problem, int8_t *places)
+{
+    const double *lower = problem->lower, *upper = problem->upper;
+
+    for (int32_t i = 0; i < problem->n; i++)
+        places[i] = lower[i] == upper[i]    ? PERP__FIXED
+                    : lower[i] != -INFINITY ? PERP__AT_LOWER
+                    : upper[i] != INFINITY  ? PERP__AT_UPPER
+                                            : PERP__BETWEEN;
+}
+
+void perp__places_of(const perp__lcp_problem *problem, const double *z, int8_t *places)
+{
+    const double *lower = problem->lower, *upper = problem->upper;
+
+    for (int32_t i = 0; i < problem->n; i++)
+        places[i] = perp__place(lower[i] == upper[i], z[i] - lower[i], z[i] - upper[i], 0.0);
+}
+
+void perp__active_set_places(perp__active_set *work, const double *z, int8_t *places)
 {
     const perp__lcp_problem *p = work->common.problem;
 
@@ -66,23 +85,28 @@ void perp__sparse_active_set_places(perp__sparse_active_set *work, const double 
 
 /* Solves for the variables between their bounds, starting from z, with the others at theirs, in
  * `rounds` at most; w follows. PERP_OK, PERP__FACTOR_SINGULAR or PERP_ERROR_MEMORY. */
-static perp_status approach(perp__sparse_active_set *work, const int8_t *places, double *z,
-                            int32_t rounds, double goal)
+static perp_status approach(perp__active_set *work, const int8_t *places, double *z, int32_t rounds,
+                            double goal)
 {
     const perp__lcp_problem *p = work->common.problem;
+    const int32_t is_dense = p->block->kind == PERP__DENSE; /* factors need no start */
     perp_status status;
     int32_t count = 0, round, i, k;
 
     for (i = 0; i < p->n; i++) {
         if (places[i] == PERP__BETWEEN)
             work->active[count++] = i;
-        else
+        if (places[i] == PERP__BETWEEN && is_dense && work->rho == 0.0)
+            z[i] = 0.0;
+        else if (places[i] != PERP__BETWEEN)
             z[i] = places[i] == PERP__AT_UPPER ? p->upper[i] : p->lower[i];
     }
+    work->count = count;
+    work->residual = 0.0;
     multiply(work, z);
     status = work->rho > 0.0 ? perp__sparse_block_factor(p->block, work->active, count, work->rho)
                              : perp__sparse_block_approach(p->block, work->active, count);
-    for (round = 0; round < rounds && status == PERP_OK; round++) {
+    for (round = 0; round < rounds && count > 0 && status == PERP_OK; round++) {
         const double before = work->residual;
 
         for (k = 0; k < count; k++)
@@ -98,12 +122,12 @@ static perp_status approach(perp__sparse_active_set *work, const int8_t *places,
         if (work->residual <= goal || (round > 0 && !(work->residual < 0.5 * before)))
             break;
     }
-    return status;
+    return status == PERP_OK && !isfinite(work->residual) ? PERP__FACTOR_SINGULAR : status;
 }
 
 /* Fills work->next. Wrong signs of w count beyond rounding only: a degenerate variable stays at its
  * bound once it is there. */
-static exchange find_exchange(perp__sparse_active_set *work, const int8_t *places, const double *z)
+static exchange find_exchange(perp__active_set *work, const int8_t *places, const double *z)
 {
     const perp__lcp_problem *p = work->common.problem;
     const double z_largest = perp__largest_or_nan(z, p->n);
@@ -138,8 +162,7 @@ static exchange find_exchange(perp__sparse_active_set *work, const int8_t *place
 
 /* The rows that are outside of their bounds: their weights and, with the penalty's force added to
  * them, w. Returns how many places are others than before. */
-static int32_t penalise(perp__sparse_active_set *work, int8_t *places, const double *z,
-                        double penalty)
+static int32_t penalise(perp__active_set *work, int8_t *places, const double *z, double penalty)
 {
     const perp__lcp_problem *p = work->common.problem;
     int32_t changes = 0;
@@ -163,8 +186,7 @@ static int32_t penalise(perp__sparse_active_set *work, int8_t *places, const dou
  * steps whatever the mesh: Hintermueller & Kunisch, "Path-following methods for a class of
  * constrained minimization problems in function space", SIAM J. Optim. 17 (2006) 159. The scaled
  * matrix is about 1: the penalty goes from the root of its rounding to one over that. */
-static perp_status follow_penalty(perp__sparse_active_set *work, perp__lcp_iterate *iterate,
-                                  int64_t limit)
+static perp_status follow_penalty(perp__active_set *work, perp__lcp_iterate *iterate, int64_t limit)
 {
     const perp__lcp_problem *p = work->common.problem;
     double *z = iterate->z;
@@ -201,7 +223,7 @@ static perp_status follow_penalty(perp__sparse_active_set *work, perp__lcp_itera
     return PERP_OK;
 }
 
-static perp_status exchange_all(perp__sparse_active_set *work, perp__lcp_iterate *iterate,
+static perp_status exchange_all(perp__active_set *work, perp__lcp_iterate *iterate,
                                 const perp__active_set_limits *limits)
 {
     const perp__lcp_problem *p = work->common.problem;
@@ -233,9 +255,10 @@ static perp_status exchange_all(perp__sparse_active_set *work, perp__lcp_iterate
             iterate->outcome = p->block->late ? PERP_OUTCOME_TIME_LIMIT : PERP_OUTCOME_SINGULAR;
         if (status != PERP_OK)
             return status < 0 ? status : PERP_OK;
-        iterate->iterations++;
+        iterate->iterations += work->count > 0; /* else there was nothing to solve */
         /* 2. The signs. */
         e = find_exchange(work, places, iterate->z);
+        work->wrong = e.count;
         if (e.count == 0) {
             iterate->outcome = PERP_OUTCOME_SOLVED;
             return work->rho > 0.0 ? approach(work, places, iterate->z, STEPS, 0.0) : PERP_OK;
@@ -275,7 +298,7 @@ static perp_status exchange_all(perp__sparse_active_set *work, perp__lcp_iterate
 }
 
 /* The first index set, or with *solved the last one and z. */
-static perp_status start(perp__sparse_active_set *work, perp__lcp_iterate *iterate, int32_t *solved)
+static perp_status start(perp__active_set *work, perp__lcp_iterate *iterate, int32_t *solved)
 {
     const perp__lcp_problem *problem = work->common.problem;
     const size_t bytes = (size_t)problem->n * sizeof *work->step;
@@ -305,14 +328,14 @@ static perp_status start(perp__sparse_active_set *work, perp__lcp_iterate *itera
     /* 3. Else that of the start. */
     if (status == 0) {
         memcpy(iterate->z, work->step, bytes);
-        perp__sparse_active_set_places(work, iterate->z, iterate->places);
+        perp__active_set_places(work, iterate->z, iterate->places);
     }
     return status < 0 ? status : PERP_OK;
 }
 
-int32_t perp__sparse_active_set_correct(void *object, const double *residual, double *step)
+int32_t perp__active_set_correct(void *object, const double *residual, double *step)
 {
-    const perp__sparse_active_set *work = object;
+    const perp__active_set *work = object;
     const perp__lcp_problem *problem = work->common.problem;
 
     if (!problem->block->factored) /* a rough solve would not do */
@@ -322,8 +345,8 @@ int32_t perp__sparse_active_set_correct(void *object, const double *residual, do
     return 1;
 }
 
-perp_status perp__sparse_active_set_run(perp__sparse_active_set *work, perp__lcp_iterate *iterate,
-                                        const perp__active_set_limits *limits)
+perp_status perp__active_set_run(perp__active_set *work, perp__lcp_iterate *iterate,
+                                 const perp__active_set_limits *limits)
 {
     perp_status status;
     int32_t solved;
@@ -342,35 +365,35 @@ perp_status perp__sparse_active_set_run(perp__sparse_active_set *work, perp__lcp
 
 static perp_status solve(void *object, perp__lcp_iterate *iterate)
 {
-    perp__sparse_active_set *work = object;
+    perp__active_set *work = object;
     const perp__lcp_problem *problem = work->common.problem;
     const perp__active_set_limits limits = {problem->iteration_limit > 0 ? problem->iteration_limit
                                                                          : PERP__ITERATIONS,
                                             PERP__PATIENCE, 1, 0, 0.0};
-    const perp_status status = perp__sparse_active_set_run(work, iterate, &limits);
+    const perp_status status = perp__active_set_run(work, iterate, &limits);
 
     for (int32_t i = 0; i < problem->n; i++)
         iterate->z[i] = perp__clamp(iterate->z[i], problem->lower[i], problem->upper[i]);
     iterate->has_places = iterate->outcome == PERP_OUTCOME_SOLVED;
-    iterate->correct = perp__sparse_active_set_correct;
+    iterate->correct = perp__active_set_correct;
     return status;
 }
 
-void perp__sparse_active_set_release(void *object)
+void perp__active_set_release(void *object)
 {
-    perp__sparse_active_set *work = object;
+    perp__active_set *work = object;
 
     perp__nested_release(&work->nested);
 }
 
-const perp__lcp_method perp__lcp_active_set_sparse = {
+const perp__lcp_method perp__lcp_active_set = {
     PERP_LCP_ACTIVE_SET,
-    sizeof(perp__sparse_active_set),
+    sizeof(perp__active_set),
     1,
     0,
-    suits,
     NULL,
-    perp__sparse_active_set_layout,
+    NULL,
+    perp__active_set_layout,
     solve,
-    perp__sparse_active_set_release,
+    perp__active_set_release,
 };
