@@ -63,7 +63,10 @@ static void colour(perp__ncp_model *m)
 
 #define KEPT 1e-3 /* of the largest value a variable had, where it is near 0 now */
 
-double perp__ncp_size(const perp__ncp_model *m, int32_t j)
+enum { LENGTHENINGS = 3 }; /* from sqrt(eps) to 1 / eps */
+
+/* 0: unknown. */
+static double known_size(const perp__ncp_model *m, int32_t j)
 {
     double size = fmax(fabs(m->z_caller[j]), KEPT * m->largest[j]);
 
@@ -71,6 +74,13 @@ double perp__ncp_size(const perp__ncp_model *m, int32_t j)
         size = fabs(m->lower[j]);
     if (size == 0.0 && isfinite(m->upper[j]))
         size = fabs(m->upper[j]);
+    return size;
+}
+
+double perp__ncp_size(const perp__ncp_model *m, int32_t j)
+{
+    double size = known_size(m, j);
+
     for (int32_t i = 0; i < m->n && size == 0.0; i++)
         size = m->largest[i];
     return size > 0.0 ? size : 1.0;
@@ -86,27 +96,30 @@ double perp__ncp_fit_step(const perp__ncp_model *m, int32_t j, double step)
 }
 
 /* What rounding alone may have made is no derivative: a zero stays one. */
-static double quotient(double high, double low, double width)
+static double quotient(double high, double low, double width, double *moved)
 {
-    const double difference = high - low;
+    const double share = fabs(high - low) / fmax(fabs(high), fabs(low));
 
-    if (fabs(difference) <= PERP__ROUNDING_LIMIT * fmax(fabs(high), fabs(low)))
+    if (!(share > PERP__ROUNDING_LIMIT))
         return 0.0;
-    return difference / width;
+    *moved = fmax(*moved, share);
+    return (high - low) / width;
 }
 
 static void put(perp__ncp_model *m, int32_t j, const double *high, const double *low, double width)
 {
     const size_t n = (size_t)m->n;
+    double *moved = &m->moved[j];
     const int by_rows = m->problem.storage == PERP_STORAGE_ROW_MAJOR;
 
+    *moved = 0.0;
     if (m->sparse)
         for (int32_t k = m->pattern_starts[j]; k < m->pattern_starts[j + 1]; k++)
-            m->given[k] = quotient(high[m->pattern_rows[k]], low[m->pattern_rows[k]], width);
+            m->given[k] = quotient(high[m->pattern_rows[k]], low[m->pattern_rows[k]], width, moved);
     else
         for (size_t i = 0; i < n; i++)
             m->given[by_rows ? i * n + (size_t)j : (size_t)j * n + i] =
-                quotient(high[i], low[i], width);
+                quotient(high[i], low[i], width, moved);
 }
 
 /* F at z + sign * (the steps of count columns), into F */
@@ -167,6 +180,27 @@ static perp_status difference_together(perp__ncp_model *m, const int32_t *column
     return status;
 }
 
+/* Longer steps for those columns, put first, whose variable is of unknown size and moves no F_i by
+ * more than eps^(3/4) of itself. Times eps^(-1/2), what rounding doesn't hide yet moves F by
+ * eps^(3/4) to eps^(1/4): as far from rounding as from the size of F. Returns how many. */
+static int32_t lengthen_steps(perp__ncp_model *m, int32_t *columns, int32_t count)
+{
+    const double root = perp__difference_step(2), least = root * perp__difference_step(4);
+    int32_t left = 0;
+
+    for (int32_t k = 0; k < count; k++) {
+        const int32_t j = columns[k];
+        const double step = perp__ncp_fit_step(m, j, m->step[j] / root);
+
+        if (known_size(m, j) > 0.0 || m->moved[j] >= least || fabs(step) <= fabs(m->step[j]))
+            continue;
+        m->step[j] = step;
+        columns[k] = columns[left];
+        columns[left++] = j;
+    }
+    return left;
+}
+
 int32_t perp__ncp_sharpen(perp__ncp_model *m)
 {
     const int32_t news = !m->problem.jacobian && !m->central;
@@ -203,8 +237,18 @@ perp_status perp__ncp_differences(perp__ncp_model *m)
             m->step[j] = perp__ncp_fit_step(m, j, wide);
     }
     /* 2. The differences. */
-    for (int32_t k = 0; k < c->count && status == PERP_OK; k++)
-        status = difference_together(m, c->order + c->starts[k], c->starts[k + 1] - c->starts[k]);
+    for (int32_t k = 0; k < c->count && status == PERP_OK; k++) {
+        int32_t *columns = c->order + c->starts[k], left = c->starts[k + 1] - c->starts[k];
+
+        for (int32_t round = 0; left > 0 && status == PERP_OK; round++) {
+            status = difference_together(m, columns, left);
+            if (round > 0 && status == PERP__NCP_OUTSIDE) { /* a longer step is none there */
+                status = PERP_OK;
+                break;
+            }
+            left = round < LENGTHENINGS ? lengthen_steps(m, columns, left) : 0;
+        }
+    }
     /* 3. Entries with which z_j, as large as it is, would move F_i by next to nothing beside the
      * other entries of the row, less than differences can tell from 0, are zero: at z = 0, z^3 has
      * the slope 0, and by differences h^2. */
@@ -218,8 +262,11 @@ perp_status perp__ncp_differences(perp__ncp_model *m)
                 const int32_t other = l.indices ? l.indices[k] : k;
                 const int32_t row = by_rows ? j : other;
                 double *entry = m->given + (l.values - m->given) + k;
-                const double moved = fabs(*entry) * m->sizes[by_rows ? other : j];
+                const int32_t column = by_rows ? other : j;
+                const double moved = fabs(*entry) * m->sizes[column];
 
+                if (m->w_caller[row] != 0.0 && known_size(m, column) == 0.0)
+                    continue; /* rounding of F_i has told */
                 if (pass == 0)
                     largest[row] = fmax(largest[row], moved);
                 else if (moved < forward * largest[row])

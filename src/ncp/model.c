@@ -16,7 +16,7 @@ void perp__ncp_model_layout(perp__arena *arena, perp__ncp_model *m)
 
     PERP__DOUBLES(arena, n, &m->lower, &m->upper, &m->low, &m->high, &m->D, &m->offset, &m->z_unit,
                   &m->w_unit, &m->z_caller, &m->w_caller, &m->shifted, &m->step, &m->largest,
-                  &m->sizes, &m->z_start, &m->D_start);
+                  &m->sizes, &m->moved, &m->z_start, &m->D_start);
     PERP__DOUBLES(arena, 2 * n, &m->unit, &m->omega, &m->most, &m->w_shifted, &m->omega_start);
     PERP__INTEGERS(arena, 2 * n, &m->part, &m->exponents_work);
     PERP__INTEGERS(arena, n, &m->group, &m->exponents, &m->colours.of, &m->colours.order,

@@ -70,7 +70,7 @@ typedef struct perp__ncp_model {
     double *z_caller, *w_caller; /* of the last evaluation */
     double *shifted, *w_shifted; /* differences */
     double *step, *largest;      /* differences: steps, the largest |z_i| met, */
-    double *sizes;               /* and what is taken for the size of z_i */
+    double *sizes, *moved;       /* taken for that of z_i; how much of an F_j its step moved */
     perp__ncp_colours colours;
     int32_t start_known; /* D_start, omega_start */
     double *z_start;     /* |z| in the caller's units at the start of the solve, */

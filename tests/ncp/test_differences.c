@@ -9,6 +9,7 @@
 #include <perp/perp.h>
 
 #include "context.h"
+#include "gen.h"
 
 enum { N = 200 };
 
@@ -220,10 +221,78 @@ static void test_check_at_the_edge(void **state)
     assert_int_equal(perp_ncp_check_jacobian(NULL, &check, &problem, z), PERP_ERROR_HANDLE);
 }
 
+/* G(x) = A x + d arctan x + q in units of its own for each variable and row: F(z) = D G(z / E). */
+enum { UNITS_MOST = 12 };
+
+typedef struct units {
+    int32_t n;
+    double A[UNITS_MOST][UNITS_MOST], q[UNITS_MOST], d[UNITS_MOST], D[UNITS_MOST], E[UNITS_MOST];
+} units;
+
+static void units_make(units *u, uint64_t seed)
+{
+    double B[UNITS_MOST][UNITS_MOST];
+    gen_random random;
+
+    gen_seed(&random, seed);
+    u->n = 1 + (int32_t)(seed % UNITS_MOST);
+    for (int32_t i = 0; i < u->n; i++) {
+        u->q[i] = gen_uniform(&random, -5.0, 5.0);
+        u->d[i] = gen_uniform(&random, 0.0, 10.0);
+        u->D[i] = exp2(floor(gen_uniform(&random, -27.0, 28.0))); /* 1e-8 to 1e8 */
+        u->E[i] = exp2(floor(gen_uniform(&random, -27.0, 28.0)));
+        for (int32_t j = 0; j < u->n; j++)
+            B[i][j] = gen_uniform(&random, -1.7, 1.7);
+    }
+    for (int32_t i = 0; i < u->n; i++) /* B B'/n + 0.1 I: one solution */
+        for (int32_t j = 0; j < u->n; j++) {
+            u->A[i][j] = i == j ? 0.1 : 0.0;
+            for (int32_t k = 0; k < u->n; k++)
+                u->A[i][j] += B[i][k] * B[j][k] / u->n;
+        }
+}
+
+static int32_t units_function(double *F, const double *z, void *user)
+{
+    const units *u = user;
+
+    for (int32_t i = 0; i < u->n; i++) {
+        F[i] = u->d[i] * atan(z[i] / u->E[i]) + u->q[i];
+        for (int32_t j = 0; j < u->n; j++)
+            F[i] += u->A[i][j] * (z[j] / u->E[j]);
+        F[i] *= u->D[i];
+    }
+    return 0;
+}
+
+/* From z = 0 nothing but F tells how large variables are. Half of the steps of 2^-26 did not move
+ * F, and a third of these problems ended without an answer. */
+static void test_unknown_sizes(void **state)
+{
+    (void)state;
+    for (uint64_t seed = 0; seed < 60; seed++) {
+        perp_ncp_problem problem = fresh_ncp_problem();
+        perp_ncp_result result = fresh_ncp_result();
+        double z[UNITS_MOST], F[UNITS_MOST];
+        units u;
+
+        units_make(&u, seed);
+        problem.n = u.n;
+        problem.function = units_function;
+        problem.user = &u;
+        assert_int_equal(perp_ncp_solve(context, z, NULL, &result, NULL, &problem, NULL), PERP_OK);
+        assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+        units_function(F, z, &u);
+        for (int32_t i = 0; i < u.n; i++) /* tol of 1e-10 or so of numbers up to 100 */
+            assert_true(fabs(fmin(z[i] / u.E[i], F[i] / u.D[i])) <= 1e-8);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_colours),
+        cmocka_unit_test(test_unknown_sizes),
         cmocka_unit_test(test_check_names_the_entry),
         cmocka_unit_test(test_check_finds_what_the_pattern_lacks),
         cmocka_unit_test(test_check_at_the_edge),
