@@ -174,6 +174,40 @@ void gen_problem(gen_lcp *problem, gen_random *random, int32_t n, int class, int
     make_q(problem);
 }
 
+void gen_linear_program(gen_lcp *problem, gen_random *random, int32_t rows, int32_t columns,
+                        int equations)
+{
+    const int32_t n = rows + columns;
+
+    gen_begin_dense(problem, n);
+    problem->lower = gen_allocate((size_t)n, sizeof(double));
+    problem->upper = gen_allocate((size_t)n, sizeof(double));
+    for (int32_t i = columns; i < n; i++)
+        for (int32_t j = 0; j < columns; j++) {
+            *at(problem, i, j) = gen_normal(random);
+            *at(problem, j, i) = -*at(problem, i, j);
+        }
+    for (int32_t i = 0; i < n; i++) {
+        const int is_free = equations && i >= columns;
+        const double z = gen_normal(random);
+
+        problem->lower[i] = is_free ? -INFINITY : 0.0;
+        problem->upper[i] = INFINITY;
+        problem->z[i] = is_free ? z : fmax(z, 0.0);
+        problem->w[i] = is_free || z > 0.0 ? 0.0 : gen_uniform(random, 0, 1);
+    }
+    make_q(problem);
+}
+
+double gen_program_error(const gen_lcp *problem, int32_t columns, const double *z)
+{
+    double error = 0.0;
+
+    for (int32_t j = 0; j < columns; j++)
+        error += problem->q[j] * (problem->z[j] - z[j]);
+    return error;
+}
+
 /* ---- problems with a closed form ----------------------------------------------------------- */
 
 void gen_obstacle(gen_lcp *problem, int32_t k)

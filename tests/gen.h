@@ -63,6 +63,14 @@ enum gen_bounds {
  * solution is unique but for GEN_PSD_LOW_RANK. */
 void gen_problem(gen_lcp *problem, gen_random *random, int32_t n, int class, int bounds);
 
+/* A linear program: c'x least for x >= 0 and A x >= b, or A x = b, by its optimality conditions in
+ * (x, y), M = [0, -A'; A, 0], y of any sign for equations. Planted pairs are strictly
+ * complementary; solutions are whole faces, c'x is the same on them. Exact up to rounding of q. */
+void gen_linear_program(gen_lcp *problem, gen_random *random, int32_t rows, int32_t columns,
+                        int equations);
+/* c'x at the planted solution less c'x at z. */
+double gen_program_error(const gen_lcp *problem, int32_t columns, const double *z);
+
 /* The obstacle problem -u'' + 2 >= 0, u >= 0 on [-1, 1], u(+-1) = 1/4, by finite differences with
  * h = 1 / (2 k): n = 4 k - 1, exact at the nodes, u = max(|x| - 1/2, 0)^2; k a power of two. */
 void gen_obstacle(gen_lcp *problem, int32_t k);

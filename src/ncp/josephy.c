@@ -72,7 +72,7 @@ static perp_status go_back(perp__newton_run *f, perp__ncp_linear *l)
     perp__ncp_sharpen(f->model);
     l->since = -1; /* the next point is kept */
     if (status == PERP_OK)
-        status = perp__ncp_line_search(f, f->psi, -2.0 * f->psi, PERP__NCP_HALVINGS);
+        status = perp__ncp_line_search(f, f->psi, -2.0 * f->psi, NULL, PERP__NCP_HALVINGS);
     else if (status > 0)
         return 0;
     if (status != 0)
@@ -114,10 +114,11 @@ static perp_status step(perp__newton_run *f, void *own)
         return go_back(f, l);
     }
     l->since++;
-    moved = perp__ncp_full_step(f);
+    moved = perp__ncp_line_search(f, INFINITY, 0.0, NULL, 0);
     if (moved != 0)
         return moved;
-    return perp__ncp_line_search(f, perp__ncp_reference(f), -2.0 * f->psi, PERP__NCP_HALVINGS);
+    return perp__ncp_line_search(f, perp__ncp_reference(f), -2.0 * f->psi, NULL,
+                                 PERP__NCP_HALVINGS);
 }
 
 perp_status perp__ncp_josephy(perp__newton_run *f, perp__ncp_linear *l)

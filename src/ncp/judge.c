@@ -154,6 +154,7 @@ perp_status perp__ncp_look_for_trap(perp_ncp_solver *solver, int32_t *trapped)
     perp__ncp_model_unscale(m);
     memcpy(f->z, solver->best_z, (size_t)m->n * sizeof(double));
     f->scaled = f->any = 0;
+    f->smoothing = 0.0;
     status = perp__ncp_set_point(f);
     PERP__THEN(status, perp__ncp_update_jacobian(f));
     if (status != PERP_OK)

@@ -172,9 +172,7 @@ static perp_status run(perp_ncp_solver *solver, int32_t method, double penalty, 
     const perp_ncp_settings *settings = &solver->settings;
     perp__ncp_model *m = &solver->model;
     perp__newton_run *f = &solver->run;
-    /* under auto another method is there to take over */
     const int32_t shared = settings->method == PERP_NCP_AUTO && method == solver->first_method;
-    const int64_t left = settings->max_iterations - solver->iterations;
     perp_status status;
 
     perp__ncp_model_unscale(m);
@@ -182,12 +180,12 @@ static perp_status run(perp_ncp_solver *solver, int32_t method, double penalty, 
     m->central = 0;
     m->apart = solver->apart || share < 1.0;
     f->penalty = penalty;
+    f->smoothing = 0.0;
     f->target = 0.25 * share * settings->tol;
     f->finish = settings->polish;
-    if (settings->max_iterations == 0)
-        f->limit = shared ? ITERATIONS / 2 : ITERATIONS;
-    else
-        f->limit = shared ? (left + 1) / 2 : left;
+    f->limit =
+        settings->max_iterations > 0 ? settings->max_iterations - solver->iterations : ITERATIONS;
+    f->limit = shared ? (f->limit + 1) / 2 : f->limit;
     f->fruitless = shared && m->n >= PERP__LARGE_MATRIX ? FRUITLESS : 0;
     f->steps = 0;
     f->scaled = f->any = 0;
@@ -218,21 +216,25 @@ static int32_t is_over(perp_ncp_solver *solver)
     return is_good(solver) || solver->model.control.ended >= 0;
 }
 
-/* Both methods from `from`, or the one asked for. One that stops where its own scales are content,
- * and the gate is not, goes on from there, up to a hundredth and a ten-thousandth of tol; where
- * digits are wanted and auto has other starts, those are better. */
+/* Both methods from `from`, or the one asked for; fischer alone follows the path then, and again
+ * from where that ended. One that is content by its own scales, where the gate is not, goes on, up
+ * to a ten-thousandth of tol; where digits are wanted and auto has other starts, those are better.
+ */
 static perp_status run_all(perp_ncp_solver *solver, const double *from, double penalty)
 {
     const int32_t asked = solver->settings.method;
     const double least = solver->settings.polish && asked == PERP_NCP_AUTO ? 1.0 : 1e-5;
     perp_status status = PERP_OK;
 
-    for (int32_t k = 0; k < 2 && status == PERP_OK; k++) {
+    for (int32_t k = 0; k < PERP__STARTS && status == PERP_OK; k++) {
         const int32_t first = solver->first_method;
-        const int32_t method = k == 0 ? first : PERP_NCP_FISCHER + PERP_NCP_JOSEPHY - first;
+        const int32_t path = k > 0 && asked == PERP_NCP_FISCHER;
+        const int32_t method = k == 0 || path ? first : PERP_NCP_FISCHER + PERP_NCP_JOSEPHY - first;
 
-        if ((asked == PERP_NCP_AUTO || asked == method) && !is_over(solver)) {
-            perp__copy(solver->candidate, from, solver->model.n);
+        solver->run.path = path;
+        if ((k < 2 || path) && (asked == PERP_NCP_AUTO || asked == method) && !is_over(solver)) {
+            if (k < 2)
+                perp__copy(solver->candidate, from, solver->model.n);
             status = run(solver, method, penalty, 1.0);
             for (double share = 1e-2; share > least && status == PERP_OK && !is_over(solver) &&
                                       solver->run.outcome == PERP_OUTCOME_SOLVED;

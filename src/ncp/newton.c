@@ -25,7 +25,7 @@ void perp__ncp_newton_layout(perp__arena *arena, perp__newton_run *f)
 static perp__fischer_point point_of(const perp__newton_run *f, const double *z, const double *w)
 {
     const perp__ncp_model *m = f->model;
-    const perp__fischer_point point = {m->n, z, w, m->low, m->high, f->penalty, 0.0};
+    const perp__fischer_point point = {m->n, z, w, m->low, m->high, f->penalty, f->smoothing};
 
     return point;
 }
@@ -49,6 +49,13 @@ static void appraise(perp__newton_run *f)
 
     f->psi = perp__fischer_merit(&point, f->phi);
     note(f);
+}
+
+void perp__ncp_smooth(perp__newton_run *f, double mu)
+{
+    f->smoothing = mu;
+    f->steps = 0;
+    appraise(f);
 }
 
 perp_status perp__ncp_set_point(perp__newton_run *f)
@@ -205,6 +212,7 @@ void perp__ncp_gradient(perp__newton_run *f)
 perp_status perp__ncp_iterate(perp__newton_run *f, perp__ncp_step step, void *own)
 {
     double first = INFINITY, last = INFINITY;
+    perp__progress progress = {INFINITY, INFINITY, 0};
 
     for (f->iterations = 0;; f->iterations++) {
         perp_status status = perp__ncp_tick(f->model, &f->outcome, f->iterations, f->residual);
@@ -233,7 +241,8 @@ perp_status perp__ncp_iterate(perp__newton_run *f, perp__ncp_step step, void *ow
         last = f->residual;
         status = step(f, own);
         f->outcome = PERP_OUTCOME_STALLED;
-        if (status != 1)
+        if (status != 1 || perp__fischer_creeps(&progress, (perp__progress){f->best_residual,
+                                                                            f->psi, f->iterations}))
             return status < 0 ? status : PERP_OK;
     }
 }
@@ -266,75 +275,47 @@ static perp_status attempt(perp__newton_run *f, double t)
     return status;
 }
 
-static void swap(double **a, double **b)
-{
-    double *kept = *a;
-
-    *a = *b;
-    *b = kept;
-}
-
 static void move(perp__newton_run *f)
 {
     f->recent[f->steps++ % PERP__MEMORY] = f->psi;
-    swap(&f->z, &f->trial_z);
-    swap(&f->w, &f->trial_w);
-    swap(&f->phi, &f->trial_phi);
+    perp__copy(f->z, f->trial_z, f->model->n);
+    perp__copy(f->w, f->trial_w, f->model->n);
+    perp__copy(f->phi, f->trial_phi, f->model->n);
     f->psi = f->trial_psi;
     note(f);
 }
 
 perp_status perp__ncp_line_search(perp__newton_run *f, double reference, double slope,
-                                  int32_t halvings)
+                                  const double *gradient, int32_t halvings)
 {
     double t = 1.0;
 
     for (int32_t k = 0; k <= halvings; k++, t *= 0.5) {
         perp_status status = attempt(f, t);
+        double promised = t * slope;
 
         if (status < 0)
             return status;
-        if (status == PERP_OK && f->trial_psi <= reference + PERP__ARMIJO * t * slope) {
+        for (int32_t i = 0; gradient && i < f->model->n; i++)
+            promised += gradient[i] * (f->trial_z[i] - f->z[i]);
+        if (status == PERP_OK && (promised < 0.0 || !gradient) &&
+            f->trial_psi <= reference + PERP__ARMIJO * promised) {
             move(f);
             return 1;
         }
     }
     return 0;
-}
-
-perp_status perp__ncp_full_step(perp__newton_run *f)
-{
-    const perp_status status = attempt(f, 1.0);
-
-    if (status == PERP_OK)
-        move(f);
-    return status < 0 ? status : status == PERP_OK;
 }
 
 perp_status perp__ncp_descend(perp__newton_run *f)
 {
     const perp__ncp_model *m = f->model;
     const perp__matrix S = perp__ncp_view(m);
-    double t = 1.0;
 
     perp__ncp_slopes(f, PERP__NCP_FISCHER_BURMEISTER);
     perp__ncp_gradient(f);
     for (int32_t i = 0; i < m->n; i++)
         f->d[i] = m->low[i] < m->high[i] ? f->gradient[i] : 0.0;
     perp__fischer_descent(&S, f->slope_z, f->slope_w, f->d, f->image);
-    for (int32_t k = 0; k <= PERP__HALVINGS; k++, t *= 0.5) {
-        perp_status status = attempt(f, t);
-        double promised = 0.0;
-
-        if (status < 0)
-            return status;
-        for (int32_t i = 0; i < m->n; i++)
-            promised += f->gradient[i] * (f->trial_z[i] - f->z[i]);
-        if (status == PERP_OK && promised < 0.0 &&
-            f->trial_psi <= f->psi + PERP__ARMIJO * promised) {
-            move(f);
-            return 1;
-        }
-    }
-    return 0;
+    return perp__ncp_line_search(f, f->psi, 0.0, f->gradient, PERP__HALVINGS);
 }

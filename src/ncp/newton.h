@@ -23,12 +23,11 @@ enum perp__ncp_equation {
 
 typedef struct perp__newton_run {
     perp__ncp_model *model;
-    double penalty;
-    double target;  /* natural residual over omega at which a method may stop */
-    int32_t finish; /* and goes on while that brings digits */
-    int64_t limit;
-    int64_t fruitless; /* iterations that have to gain a digit, or the next method has its turn; 0:
-                          none */
+    double penalty, smoothing; /* mu of the path, or 0 */
+    int32_t path;              /* fischer: follows the smoothed equations */
+    double target;             /* natural residual over omega at which a method may stop */
+    int32_t finish;            /* and goes on while that brings digits */
+    int64_t limit, fruitless;  /* so many iterations have to gain a digit; 0: none */
     double *z, *w, *phi;
     double psi, residual;
     double relative; /* the residual over omega of the last linearisation */
@@ -57,6 +56,9 @@ void perp__ncp_newton_layout(perp__arena *arena, perp__newton_run *run);
  * _CALLBACK. */
 perp_status perp__ncp_set_point(perp__newton_run *run);
 
+/* The equation is Phi_mu = 0 from here on, and what the line search looks back on is its Psi. */
+void perp__ncp_smooth(perp__newton_run *run, double mu);
+
 /* S at z, the run's scaling with its first, omega. Statuses as above. */
 perp_status perp__ncp_update_jacobian(perp__newton_run *run);
 
@@ -74,13 +76,11 @@ perp_status perp__ncp_newton_direction(perp__newton_run *run, double rho);
 /* gradient := H' Phi, the gradient of Psi for the slopes of Fischer-Burmeister. */
 void perp__ncp_gradient(perp__newton_run *run);
 
-/* Moves to P(z + t d), t = 1, 1/2, ..., the first with Psi <= reference + beta t slope. Returns 1,
- * 0 if there is none, or PERP_ERROR_CALLBACK. */
+/* Moves to P(z + t d), t = 1, 1/2, ..., the first with Psi <= reference + beta t slope; with a
+ * gradient slope is what it promises there, and < 0. Returns 1, 0 if there is none, or
+ * PERP_ERROR_CALLBACK. */
 perp_status perp__ncp_line_search(perp__newton_run *run, double reference, double slope,
-                                  int32_t halvings);
-
-/* Moves to P(z + d) wherever F is defined there, whatever Psi. Returns as above. */
-perp_status perp__ncp_full_step(perp__newton_run *run);
+                                  const double *gradient, int32_t halvings);
 
 /* Steepest descent for the slopes there, where all else fails: as the search, but Psi has to fall
  * by beta of what its gradient promises. */

@@ -320,7 +320,7 @@ static void test_trap(void **state)
     double z[1];
 
     (void)state;
-    settings.method = PERP_NCP_FISCHER;
+    settings.method = PERP_NCP_JOSEPHY;
     assert_int_equal(perp_ncp_solve(context, z, NULL, &result, &settings, &problem, NULL), PERP_OK);
     assert_int_equal(result.outcome, PERP_OUTCOME_STALLED);
     assert_int_equal(result.trapped, 1);
@@ -368,8 +368,8 @@ static void test_trap_at_the_limit(void **state)
     assert_int_equal(perp_ncp_solver_create(context, &solver, &settings), PERP_OK);
     assert_int_equal(perp_ncp_solver_setup(solver, &problem), PERP_OK);
     assert_int_equal(perp_ncp_solver_solve(solver, z, NULL, &result, start), PERP_OK);
-    assert_int_equal(result.method, PERP_NCP_FISCHER); /* it ended at its limit of 100 */
-    assert_true(result.iterations > 100);
+    assert_int_equal(result.method, PERP_NCP_FISCHER);
+    assert_true(result.iterations > 30); /* it ended where it gained nothing */
     assert_int_equal(result.trapped, 1);
     assert_int_equal(result.outcome, PERP_OUTCOME_STALLED);
     settings.max_iterations = 5; /* a budget that is spent asks no further questions */

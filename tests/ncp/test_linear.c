@@ -253,6 +253,39 @@ static void test_programs(void **state)
     }
 }
 
+/* Linear programs, by one method alone: at each solution Newton's matrix is singular, and the path
+ * of the smoothed equations has to lead to one (Kanzow 1996: it exists where a monotone problem has
+ * an interior). The witness is the program's own optimal value. */
+static void test_linear_programs(void **state)
+{
+    enum { ROWS = 40, COLUMNS = 60, DRAWS = 40 };
+    gen_random random;
+
+    (void)state;
+    for (uint64_t seed = 0; seed < DRAWS; seed++) {
+        linear l = {0};
+        gen_lcp p;
+        perp_ncp_problem problem;
+        perp_ncp_settings settings = fresh_ncp_settings();
+        perp_ncp_result result = fresh_ncp_result();
+        double z[ROWS + COLUMNS];
+
+        gen_seed(&random, seed);
+        gen_linear_program(&p, &random, ROWS, COLUMNS, seed % 2);
+        l.problem = &p;
+        l.storage = PERP_STORAGE_ROW_MAJOR;
+        problem = problem_of(&l, 1);
+        settings.method = PERP_NCP_FISCHER;
+        assert_int_equal(perp_ncp_solve(context, z, NULL, &result, &settings, &problem, NULL),
+                         PERP_OK);
+        if (result.outcome != PERP_OUTCOME_SOLVED)
+            fail_msg("%d: %s", (int)seed, perp_outcome_text(result.outcome));
+        /* residual times the sums of x and y, below 1000 with their scale */
+        assert_true(fabs(gen_program_error(&p, COLUMNS, z)) <= 1e-10 * 1e3);
+        gen_destroy(&p);
+    }
+}
+
 static int near(double a, double b)
 {
     return fabs(a - b) <= 1e-12 * fabs(b); /* sums of ten terms, in another order */
@@ -384,9 +417,9 @@ static void test_small_rows(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_random), cmocka_unit_test(test_low_rank),
-        cmocka_unit_test(test_programs), cmocka_unit_test(test_residuals),
-        cmocka_unit_test(test_small_rows)};
+        cmocka_unit_test(test_random),    cmocka_unit_test(test_low_rank),
+        cmocka_unit_test(test_programs),  cmocka_unit_test(test_linear_programs),
+        cmocka_unit_test(test_residuals), cmocka_unit_test(test_small_rows)};
 
     return cmocka_run_group_tests(tests, make, destroy);
 }

@@ -18,12 +18,8 @@
 #include "base/clock.h"
 #include "base/outcome.h"
 
-#define AIM 0.1     /* goes on to tol * AIM while it can: the next step is cheap or the last */
-#define PATIENCE 30 /* iterations without progress */
-
-/* Of the path. */
-#define NEAR 3.0  /* mu falls where |Phi| <= NEAR mu */
-#define LAST 1e-5 /* below it Phi = 0 itself; where that fails, down to a share of it */
+#define AIM 0.1   /* goes on to tol * AIM while it can: the next step is cheap or the last */
+#define LAST 1e-5 /* mu below which the path takes Phi = 0; where that fails, a share of it */
 
 /* Before attempt 0, 1, ... from a cold start and from a warm one: different starts end in different
  * local minima of Psi. */
@@ -33,8 +29,7 @@ typedef struct start {
     int32_t path;   /* follows the smoothed equation first */
 } start;
 
-#define ATTEMPTS 5
-static const start starts[2][ATTEMPTS] = {
+static const start starts[2][PERP__STARTS] = {
     {{10, 0, 1, 0}, {0, 0, 1, 1}, {0, 20, 1, 0}, {0, 0, 0, 0}, {0, 60, 0, 0}},
     {{0, 0, 1, 0}, {0, 0, 1, 1}, {10, 0, 1, 0}, {0, 20, 1, 0}, {0, 60, 0, 0}},
 };
@@ -172,7 +167,8 @@ static perp_status step(perp__fischer_state *f, int32_t active)
 {
     perp_status moved = 0;
 
-    while (f->smoothing > 0.0 && perp__largest(f->phi, f->common.problem->n) <= NEAR * f->smoothing)
+    while (f->smoothing > 0.0 &&
+           perp__largest(f->phi, f->common.problem->n) <= PERP__NEAR * f->smoothing)
         smooth(f, f->smoothing > f->last ? PERP__FISCHER_SHARE * f->smoothing : 0.0);
     f->recent[f->steps++ % PERP__MEMORY] = f->psi;
     if (active && f->smoothing == 0.0) {
@@ -190,8 +186,7 @@ static perp_status run(perp__fischer_state *f, int32_t active, perp__lcp_iterate
         problem->iteration_limit > 0 ? problem->iteration_limit : PERP__ITERATIONS;
     /* what the active sets of an unsymmetric S miss at first is left to the path */
     const int32_t brief = iterate->attempt == 0 && !f->common.problem->block->is_symmetric;
-    double residual = INFINITY, psi = INFINITY; /* when they had last fallen by a quarter, */
-    int64_t progress = 0;                       /* and when that was */
+    perp__progress last = {INFINITY, INFINITY, 0};
 
     iterate->outcome = -1;
     while (iterate->outcome < 0 && f->steps < limit && f->best_residual > AIM * problem->tol) {
@@ -200,14 +195,11 @@ static perp_status run(perp__fischer_state *f, int32_t active, perp__lcp_iterate
         if (moved < 0)
             return moved;
         iterate->iterations = f->steps;
-        if (f->best_residual < 0.75 * residual || f->psi < 0.75 * psi) {
-            residual = f->best_residual;
-            psi = f->psi;
-            progress = f->steps;
-        }
-        iterate->outcome = !moved || f->steps - progress > PATIENCE || (brief && f->failures > 0)
-                               ? PERP_OUTCOME_STALLED
-                               : perp__lcp_tick(problem->control, f->steps, f->best_residual);
+        iterate->outcome =
+            perp__fischer_creeps(&last, (perp__progress){f->best_residual, f->psi, f->steps}) ||
+                    !moved || (brief && f->failures > 0)
+                ? PERP_OUTCOME_STALLED
+                : perp__lcp_tick(problem->control, f->steps, f->best_residual);
     }
     if (iterate->outcome < 0)
         iterate->outcome = PERP_OUTCOME_ITERATION_LIMIT;
@@ -260,5 +252,5 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
 }
 
 const perp__lcp_method perp__lcp_fischer = {
-    PERP_LCP_FISCHER, sizeof(perp__fischer_state), ATTEMPTS, 0, NULL, NULL, layout, solve, NULL,
+    PERP_LCP_FISCHER, sizeof(perp__fischer_state), PERP__STARTS, 0, NULL, NULL, layout, solve, NULL,
 };

@@ -8,9 +8,6 @@
 #include "lcp/fischer/function.h"
 #include "lcp/method.h"
 
-/* The first rho that is not 0, of a unit diagonal, and from one rho or mu to the next. */
-#define PERP__FISCHER_SHARE 0.1
-
 typedef struct perp__fischer_state {
     perp__lcp_work common;
     const perp__matrix *S;

@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#define PATIENCE 30 /* steps without progress */
+
 /* For a + b > 0 the sum and the root cancel:
  *   a + b - r = 2ab / (a + b + r) = min * (2 max / (a + b + r)),   r = hypot(a, b),
  * where the factor lies in [0.585, 1.415]: nothing can overflow or underflow on the way. It is
@@ -183,4 +185,11 @@ double perp__fischer_descent(const perp__matrix *S, const double *slope_z, const
         image[i] *= -t;
     }
     return -square * t;
+}
+
+int perp__fischer_creeps(perp__progress *last, perp__progress now)
+{
+    if (now.residual < 0.75 * last->residual || now.psi < 0.75 * last->psi)
+        *last = now;
+    return now.steps - last->steps > PATIENCE;
 }
