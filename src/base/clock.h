@@ -4,6 +4,9 @@
 
 #include <stdint.h>
 
+/* Looks between two readings of it, of what takes next to no time. */
+enum { PERP__A_READING = 256 };
+
 /* Seconds on a clock that never goes backwards. */
 double perp__now(void);
 

@@ -2,13 +2,13 @@
 #ifndef PERP_BASE_SWEEPS_H
 #define PERP_BASE_SWEEPS_H
 
-/* The default limit; and the least, where so many would touch more numbers than this. */
+/* The default limit; and fewer, where so many would touch more numbers than this. */
 #define PERP__SWEEPS_MOST 10000
-#define PERP__SWEEPS_LEAST 200
 #define PERP__ENTRIES_MOST 1e10
 
-/* Stagnation: within a number of them that a method knows, the residual fell to no less than this.
- */
+/* Stagnation: within so many, or more where a method knows of longer ways, the residual fell to no
+ * less than this. */
+#define PERP__STAGNATION 1000
 #define PERP__STAGNATION_FACTOR 0.99
 
 /* A residual this much above the best one seen is divergence. Where M is symmetric and positive

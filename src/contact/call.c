@@ -9,6 +9,7 @@
 #include "base/outcome.h"
 #include "contact/settings.h"
 #include "contact/solver.h"
+#include "linalg/spatial.h"
 
 PERP__INIT_WITH(perp_contact_laws, .dim = 3)
 
@@ -33,9 +34,9 @@ static perp_status check_method(perp_context *context, const perp_contact_settin
     if (own->method == PERP_CONTACT_METHOD_POLISH)
         return perp__refuse(context, "settings.method is %d, which is only ever reported",
                             (int)own->method);
-    if (own->cone < 0 || own->cone == 1 || own->cone == 2 || own->cone > PERP__CONTACT_MOST_EDGES)
+    if (own->cone < 0 || own->cone == 1 || own->cone == 2 || own->cone > PERP__MOST_EDGES)
         return perp__refuse(context, "settings.cone is %d, expected 0 (exact) or 3 .. %d edges",
-                            (int)own->cone, (int)PERP__CONTACT_MOST_EDGES);
+                            (int)own->cone, (int)PERP__MOST_EDGES);
     if (own->cone > 0 && own->method != PERP_CONTACT_METHOD_AUTO &&
         own->method != PERP_CONTACT_METHOD_LEMKE)
         return perp__refuse(

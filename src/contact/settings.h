@@ -6,8 +6,6 @@
 
 #include "base/check.h"
 
-enum { PERP__CONTACT_MOST_EDGES = 1024 };
-
 /* Checks everything and fills `own`; NULL gives the defaults. `own` is untouched on failure. */
 perp_status perp__contact_settings_read(perp_context *context, perp_contact_settings *own,
                                         const perp_contact_settings *settings);

@@ -12,6 +12,7 @@
  * different units. In both, S_j is what impulses can answer to: nothing of a contact that opens, of
  * tangents no more than friction can. |W_kj| is at most sqrt(t_k t_j) where W is semidefinite: a
  * contact with more, of another or of itself, in a W that no mechanics has, excuses nobody. */
+#include <float.h>
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
@@ -25,7 +26,7 @@
 #define CLOSING 0.0625
 
 /* Couplings are those of a semidefinite W but for this. */
-#define NOISE 0x1p-20
+#define NOISE sqrt(DBL_EPSILON)
 
 /* change / scale, both >= 0; a scale that overflowed excuses nothing. */
 static double relative_change(double change, double scale)

@@ -15,15 +15,11 @@
 #include "linalg/matrix.h"
 #include "linalg/sparse_block.h"
 
-/* The default limit of iterations that take factors; and how many sweeps stagnation takes. */
+/* The default limit of iterations that take factors. */
 #define PERP__ITERATIONS 500
-#define PERP__STAGNATION 1000
 
 /* Pivots below this part of their column's largest entry make no good basis to start from. */
 #define PERP__POOR_PIVOT sqrt(DBL_EPSILON)
-
-/* Iterative refinements, at most. */
-#define PERP__REFINEMENTS 30
 
 /* Where z_i stands relative to its bounds. */
 enum perp__place {

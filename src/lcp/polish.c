@@ -73,8 +73,8 @@ static perp_status refine(perp_lcp_solver *solver, int32_t count)
     perp__polish *p = &solver->polish;
     double last = INFINITY;
 
-    for (int32_t round = 0;
-         round < PERP__REFINEMENTS && count > 0 && !perp__is_past(solver->deadline); round++) {
+    for (int32_t round = 0; round < DBL_MANT_DIG && count > 0 && !perp__is_past(solver->deadline);
+         round++) {
         double largest = 0.0, rate, z_largest = 0.0;
         perp_status status;
 

@@ -8,6 +8,9 @@
 
 #define PERP__PI 3.14159265358979323846
 
+/* Of a polygon in the place of a disc. */
+enum { PERP__MOST_EDGES = 1024 };
+
 /* Of two numbers; b where one is none. In line, which fmin and fmax are not. */
 static inline double perp__lesser(double a, double b)
 {

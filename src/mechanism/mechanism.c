@@ -6,10 +6,10 @@
 
 #include "base/clock.h"
 #include "base/context.h"
+#include "linalg/spatial.h"
 #include "mechanism/copy.h"
 
-#define LARGEST 10000000     /* so that sizes of arrays fit */
-#define MOST_DIRECTIONS 1024 /* of a slip that starts; as of perp/contact.h's cones */
+#define LARGEST 10000000 /* so that sizes of arrays fit */
 
 PERP__INIT_WITH(perp_mechanism_model, .dim = 2, .dry_dim = 1)
 
@@ -33,7 +33,7 @@ static const perp__field settings_fields[] = {
     PERP__REAL(perp_mechanism_settings, longest, "[)", 0, INFINITY),
     PERP__REAL(perp_mechanism_settings, time_limit, "[]", 0, INFINITY),
     PERP__INTEGER(perp_mechanism_settings, most_patterns, 1, INFINITY),
-    PERP__INTEGER(perp_mechanism_settings, directions, 3, MOST_DIRECTIONS),
+    PERP__INTEGER(perp_mechanism_settings, directions, 3, PERP__MOST_EDGES),
     PERP__INTEGER(perp_mechanism_settings, starts, 1, INFINITY),
     PERP__REAL(perp_mechanism_settings, stiffness, "()", 0, INFINITY),
     PERP__REAL(perp_mechanism_settings, damping, "[)", 0, INFINITY),
@@ -42,11 +42,11 @@ static const perp__field settings_fields[] = {
 };
 
 static PERP__SETTINGS_READER(read_settings, perp_mechanism_settings, settings_fields,
-                             read.cone == 0 || (read.cone >= 3 && read.cone <= MOST_DIRECTIONS)
+                             read.cone == 0 || (read.cone >= 3 && read.cone <= PERP__MOST_EDGES)
                                  ? PERP_OK
                                  : perp__refuse(context,
                                                 "settings.cone is %d, expected 0 or 3 to %d",
-                                                (int)read.cone, MOST_DIRECTIONS))
+                                                (int)read.cone, PERP__MOST_EDGES))
 
     /* ---- the model ---- */
 

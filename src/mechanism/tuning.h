@@ -34,7 +34,4 @@ enum { PERP__MOST_ITERATES = 60 };
 /* Halves, or steps that gain as much, after which doubles have no more digits. */
 enum { PERP__MOST_HALVES = 60 };
 
-/* Looks between two readings of the clock. */
-enum { PERP__A_READING = 256 };
-
 #endif

@@ -25,10 +25,10 @@
 enum { MOST = 3000 };
 
 /* Beside D: what makes N regular. */
-#define SOFT 1e-7
+#define SOFT sqrt(DBL_EPSILON)
 
 /* Of the largest: what takes part. Impulses on rows that don't are of order eps beside it. */
-#define TAKES_PART 1e-4
+#define TAKES_PART sqrt(sqrt(DBL_EPSILON))
 
 /* ---- the proof ---- */
 

@@ -13,7 +13,7 @@
 /* Zeros in v may take so much of what acts there: in units of tol what impulses may be wrong by,
  * and what M^-1 rounds to. */
 #define KNOWN 10.0
-#define SMALL 1e-7
+#define SMALL sqrt(DBL_EPSILON)
 
 /* A velocity that is too large for what the answer is worth. */
 static double slack_of(const perp_contact_solver *solver, int32_t k)

@@ -16,6 +16,7 @@
  * where the last answer pushed.
  *
  * A row with one tangent takes two opposite directions, which is exact. */
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -272,8 +273,8 @@ static void read_modes(const perp__pyramid *p, int8_t *modes)
  * which the last answer pushed and further and further apart from there on. In the window, `width`
  * radians to either side of the middle, the error is of second order in it. An answer in the window
  * narrows it. */
-#define WIDTH 0.2  /* of attempt 1 */
-#define LEAST 1e-6 /* narrower, the vertices could hardly be told apart */
+#define WIDTH 0.2               /* of attempt 1 */
+#define LEAST sqrt(DBL_EPSILON) /* narrower, cosines could not tell the vertices apart */
 #define NARROWER 0.125
 
 /* More unknowns than this are more than pivoting serves. In a plan, of more than so few, the path

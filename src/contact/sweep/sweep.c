@@ -15,9 +15,6 @@
 
 #include "base/sweeps.h"
 
-/* Sweeps in which the smallest change has to fall. */
-#define STAGNATION_SWEEPS 500
-
 /* The rate is looked at first early, and then whenever the sweeps have doubled; what is slow by
  * then may still come to an end before so many, which are cheap beside what follows. */
 #define PATIENCE 160
@@ -136,10 +133,9 @@ static perp_status solve(void *object, perp__contact_iterate *iterate)
     const perp__contact_problem *problem = work->common.problem;
     const double entries =
         12.0 * (work->constraints + 1.0); /* a normal's, of two bodies, at least */
-    const double affordable = fmin(PERP__ENTRIES_MOST / entries, PERP__SWEEPS_MOST);
-    const int64_t limit = problem->iteration_limit > 0
-                              ? problem->iteration_limit
-                              : (int64_t)fmax(affordable, PERP__SWEEPS_LEAST);
+    const double affordable = fmin(1.0 + PERP__ENTRIES_MOST / entries, PERP__SWEEPS_MOST);
+    const int64_t limit =
+        problem->iteration_limit > 0 ? problem->iteration_limit : (int64_t)affordable;
     perp_outcome outcome = -1;
 
     start(work, iterate);
@@ -167,7 +163,7 @@ static perp_status solve(void *object, perp__contact_iterate *iterate)
             outcome = PERP_OUTCOME_SOLVED;
         } else {
             is_hopeless = !(change <= DBL_MAX) || change > PERP__DIVERGENCE * work->least;
-            if (!is_hopeless && work->sweeps % STAGNATION_SWEEPS == 0) {
+            if (!is_hopeless && work->sweeps % PERP__STAGNATION == 0) {
                 is_hopeless = work->least > PERP__STAGNATION_FACTOR * work->least_before;
                 work->least_before = work->least;
             }

@@ -14,7 +14,6 @@ static const double good_pivot = 1e-3;
 static const double rank_tolerance = 1e-11;
 /* Rounding that a sign may hide behind; what gets through is judged by its true residual. */
 static const double slack = 1e-8;
-#define PERP__NODES_A_TICK 4096
 
 /* The largest entry of the equations' rows in the pending columns that is large enough: on the way
  * beside its row, at the end beside the matrix's. */
@@ -146,7 +145,7 @@ static int32_t choose(void *user, int32_t d, int32_t choice)
         all->result.outcome = PERP_OUTCOME_ITERATION_LIMIT;
         all->tree.ended = 1;
     }
-    if (all->result.nodes % PERP__NODES_A_TICK == 1)
+    if (all->result.nodes % PERP__A_READING == 1)
         asked = perp__lcp_tick(&all->solver->control, all->result.nodes, INFINITY);
     if (asked >= 0) {
         all->result.outcome = asked;

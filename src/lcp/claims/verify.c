@@ -4,6 +4,7 @@
  * their bounds. If their matrix is regular they have one solution; if in an interval around it all
  * variables keep strictly within their bounds and every other w_i keeps its sign, then that
  * solution, with the other variables at their bounds, solves the problem. */
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -172,7 +173,7 @@ static void refine(perp__verify *v)
     double last = INFINITY;
 
     find_w(v);
-    for (int32_t round = 0; round < PERP__REFINEMENTS && v->count > 0; round++) {
+    for (int32_t round = 0; round < 2 * DBL_MANT_DIG && v->count > 0; round++) {
         double largest = 0.0;
 
         /* 1. step := M_AA^-1 w_A, approximately */

@@ -7,6 +7,7 @@
 #ifndef PERP_MECHANISM_ACCELERATIONS_H
 #define PERP_MECHANISM_ACCELERATIONS_H
 
+#include "base/clock.h"
 #include "linalg/spatial.h"
 #include "mechanism/mechanism.h"
 #include "mechanism/linear.h"

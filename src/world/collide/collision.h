@@ -115,9 +115,9 @@ static inline int32_t perp__is_same_way(double cosine)
 }
 
 /* Angle between a direction and a face's normal, or two edges, below which faces or stretches of
- * edges meet rather than points. What rests on others tilts by less; its support then is a polygon
- * still. */
-#define PERP__FLAT 1e-3
+ * edges meet rather than points: so much of a tilt makes a little gap. What rests on others tilts
+ * by less; its support then is a polygon still. */
+#define PERP__FLAT PERP__NEAR
 
 /* Boxes in space: 3 faces each and 9 products of edges; boxes whose axes are parallel have the 6
  * faces alone. A face axis is that of either side. */

@@ -11,10 +11,10 @@
 #include "base/groups.h"
 #include "linalg/spatial.h"
 
-/* Joints are out of place by less than this, as an angle. Rows that repeat others, as those of
- * hinges in a loop do, come near to them by that times the number of rows, over which it adds up.
- */
-#define PLACED 1e-6
+/* Joints are out of place by less than this angle, below which two directions are one. Rows that
+ * repeat others, as those of hinges in a loop do, come near to them by that times the number of
+ * rows, over which it adds up. */
+#define PLACED PERP__PARALLEL
 
 /* Places farther off than this may have no difference. */
 #define FAR (DBL_MAX / 4.0)
