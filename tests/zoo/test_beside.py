@@ -48,7 +48,8 @@ def pushed(world: perp.World) -> dict[perp.Body, list[np.ndarray]]:
     return told
 
 
-# Momenta to a tenth of the tolerance of `standard`, where nothing else solves it; energy to ten times
+# Momenta to a tenth of the tolerance of `standard`, and to that of `fast` there, as what impulses and
+# turns cannot give back all velocities of those that press do; energy to ten times
 # what single steps still gain. All velocities of an island got smaller in one ratio: momenta were off
 # by up to .6, also of those that nothing pushed.
 @pytest.mark.parametrize("level", LEVELS)
@@ -58,6 +59,7 @@ def test_momentum_is_what_contacts_tell(seed: int, level: str) -> None:
     h = float(random.choice((1 / 30, 1 / 60)))
     world, bodies = heap(random, level)
     before, _ = energy(bodies)
+    off = 1e-2 if level == "fast" else 1e-4
     for step in range(int(2.5 / h)):
         was = [body.velocity for body in bodies]
         result = world.step(h)
@@ -69,4 +71,4 @@ def test_momentum_is_what_contacts_tell(seed: int, level: str) -> None:
             impulses = told.get(body, []) + [h * body.mass * DOWN]
             change = body.mass * (body.velocity - start)
             size = np.linalg.norm(change) + np.linalg.norm(impulses, axis=1).sum()
-            assert result.steps > 1 or np.linalg.norm(change - sum(impulses)) < 1e-4 * size, step
+            assert result.steps > 1 or np.linalg.norm(change - sum(impulses)) < off * size, step
