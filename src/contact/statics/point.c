@@ -24,7 +24,9 @@ void perp__cone_place(const perp__statics *s, const perp__cone *cone, const doub
 /* Of the smallest load beside the largest: what counts, and leaves it half of its digits. */
 #define LIGHTEST sqrt(DBL_EPSILON)
 
-/* How many times the work that impulses could do on what a certificate lacks it must have. */
+/* What a certificate may lack in rows, beside their terms; and how many times the work that
+ * impulses could do on that it must have. */
+#define ROW_ROUNDING 1e-10
 #define WORK_BESIDE 10.0
 
 /* Beside a body without forces: the rounding of what its part carries is none of its own. */
@@ -363,7 +365,7 @@ static int32_t proves(perp__statics *s, const double *y, double *work)
                    unit->rolling * perp__length(roll, unit->rolls) +
                    unit->spinning * perp__length(spin, unit->spins);
         }
-        if (!(lack <= PERP__BALANCED * terms))
+        if (!(lack <= ROW_ROUNDING * terms))
             return 0;
         undone += (fmax(lack, 0.0) + DBL_EPSILON * made) * carried;
     }
