@@ -14,9 +14,8 @@
 #define DOUBLED_PRODUCT 20.0
 
 /* A pivot beside its diagonal entry that is none: its coordinate is one that nothing pushes, or a
- * combination of others, and stays 0. A pivot is the square of what is left of a column; margins
- * of 1e-13 have pivots of 1e-26. */
-#define NONE (PERP__BALANCED_AT_BEST * PERP__BALANCED_AT_BEST)
+ * combination of others, and stays 0. Margins of 1e-13 have pivots of 1e-26. */
+#define NONE 1e-27
 
 typedef perp__pair pair;
 

@@ -21,8 +21,8 @@ void perp__cone_place(const perp__statics *s, const perp__cone *cone, const doub
     z[2] = cone->dim > 2 ? cone->scale * own[cone->first + 1] : 0.0;
 }
 
-/* Of the smallest load beside the largest: what counts, and leaves it half of its digits. */
-#define LIGHTEST sqrt(DBL_EPSILON)
+/* Of the smallest load beside the largest: what counts. */
+#define LIGHTEST 1e-8
 
 /* What a certificate may lack in rows, beside their terms; and how many times the work that
  * impulses could do on that it must have. */

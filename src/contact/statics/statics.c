@@ -9,7 +9,6 @@
  *   4. least impulses, from inside; a load's factor, by proofs that larger ones fall */
 #include "contact/statics/statics.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -24,7 +23,7 @@
  * a step down to the next leaves, besides its square; and the last step, which is that square. */
 #define FAR 1024.0
 #define FARTHEST (FAR * FAR * FAR)
-#define NEAR sqrt(sqrt(DBL_EPSILON))
+#define NEAR 1e-4
 #define LAST (NEAR * NEAR / 2.0)
 
 static void lay_out(perp__arena *arena, void *object)
