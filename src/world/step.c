@@ -235,6 +235,12 @@ static perp_status try_step(perp_world *world, perp_step_result *result, perp_wo
         status = check(world, perp__find_infinite(world));
     PERP__THEN(status, perp__check_joints(world));
     add_time(world, clock, &stats->seconds_project);
+    /* 4. What is left of the laws where impulses were taken back. */
+    perp__raise_to(&summary.residual, world->scaled);
+    if (world->scaled > perp__swept_tol(world))
+        summary.outcome = perp__worse_outcome(summary.outcome, PERP_OUTCOME_ITERATION_LIMIT);
+    if (status == PERP_OK && world->scaled > 0.0)
+        report(world, &summary, stats, result);
     return status;
 }
 

@@ -438,7 +438,8 @@ struct perp_world {
 
     /* rest.c */
     double step_length; /* of the last step */
-    int32_t untimed;    /* steps since one was timed */
+    double scaled; /* the largest residual of what was swept and has less impulse for its energy */
+    int32_t untimed; /* steps since one was timed */
     perp__nap *naps;
     int32_t nap_slots, nap_capacity, free_nap;
     perp__nap asleep; /* all of them together */

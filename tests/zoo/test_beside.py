@@ -48,10 +48,10 @@ def pushed(world: perp.World) -> dict[perp.Body, list[np.ndarray]]:
     return told
 
 
-# Momenta to a tenth of the tolerance of `standard`, and to that of `fast` there, as what impulses and
-# turns cannot give back all velocities of those that press do; energy to ten times
-# what single steps still gain. All velocities of an island got smaller in one ratio: momenta were off
-# by up to .6, also of those that nothing pushed.
+# Momenta to a tenth of the tolerance of `standard`, and at `fast` to its own: what impulses and turns
+# cannot give back, all velocities of what hangs together do. Energy to ten times what single steps
+# still gain. All velocities of an island got smaller in one ratio: momenta were off by up to .6, also
+# of those that nothing pushed.
 @pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("seed", range(10))
 def test_momentum_is_what_contacts_tell(seed: int, level: str) -> None:

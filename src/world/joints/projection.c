@@ -467,6 +467,7 @@ static double take_from_turns(perp_world *world, const perp__island *island, int
  * less by so much then: by t (d'M v) - t^2 d'M d/2, with d what they make of v. */
 static void take_impulses(perp_world *world, const perp__island *island, double excess)
 {
+    const perp__verdict *verdict = &perp__island_motion(world, island, 0)->verdict;
     const double at_rest[3] = {0.0};
     double half = 0.0, slope = 0.0, t, root;
 
@@ -501,6 +502,9 @@ static void take_impulses(perp_world *world, const perp__island *island, double 
     }
     for (int32_t i = 0; i < 3 * island->contacts; i++)
         perp__step_response(world, island, i / 3)->impulse[i % 3] *= 1.0 - t;
+    /* velocities u + t (q - u) miss by t beside q, which drives them */
+    if (verdict->swept)
+        perp__raise_to(&world->scaled, verdict->residual + t);
 }
 
 /* Energy that was given goes whence it came, of bodies that impulses join: from turns, and where
@@ -528,6 +532,7 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed)
     perp_status status = PERP_OK;
 
     *changed = 0;
+    world->scaled = 0.0;
     /* 1. What joints lack. */
     for (int32_t i = 0; i < world->island_count && status == PERP_OK; i++) {
         const perp__island *island = &world->islands[i];
