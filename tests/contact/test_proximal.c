@@ -184,7 +184,7 @@ static void test_few_velocities(void **state)
     for (uint64_t seed = 0; seed < 40; seed++) {
         hand_over p;
 
-        hand_make(&p, seed, 16, 12, 3, (int32_t)(seed % 3), 1.0);
+        hand_make(&p, seed, 16, 12, 3, (int32_t)(seed % 3), seed % 4 < 2 ? 0.1 : 1.0);
         for (int32_t j = 0; j < p.n && seed % 2; j++)
             for (int32_t i = 0; i < p.n; i++)
                 if ((i < 2) != (j < 2))
