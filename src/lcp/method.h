@@ -136,12 +136,6 @@ static inline int32_t perp__lcp_may_multiply(perp__lcp_control *control, double 
     return perp__lcp_has_time(control, 0.25 * products / (n * n));
 }
 
-static inline int32_t perp__lcp_may_factor(perp__lcp_control *control, double count, int32_t halves,
-                                           double n)
-{
-    return perp__lcp_may_multiply(control, count * count * count / (halves ? 6.0 : 3.0), n);
-}
-
 /* `sign` times M, as a dense column-major n by n array. */
 void perp__lcp_dense(const perp__lcp_problem *problem, double sign, double *dense,
                      size_t leading_dimension);

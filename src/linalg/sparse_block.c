@@ -7,98 +7,7 @@
 #include "base/clock.h"
 #include "base/rounding.h"
 #include "linalg/blas.h"
-
-/* ---- what a sparse matrix is like, as far as one pass tells ---- */
-
-/* Largest sum of a row's positive entries beside the diagonal, relative to it. */
-#define PERP__POSITIVE_SHARE 0.25
-
-static int32_t has_positive_diagonal(const perp__matrix *M)
-{
-    for (int32_t j = 0; j < M->columns; j++)
-        if (!(perp__entry(M, j, j) > 0.0))
-            return 0;
-    return 1;
-}
-
-/* Of a dense matrix, up to rounding of its rows' norms; in tiles, for the caches. */
-static int32_t is_symmetric(const perp__matrix *M, const double *row_norms)
-{
-    enum { TILE = 16 };
-    const size_t n = (size_t)M->rows;
-
-    for (size_t J = 0; J < n; J += TILE)
-        for (size_t I = J; I < n; I += TILE)
-            for (size_t j = J; j < n && j < J + TILE; j++)
-                for (size_t i = I > j ? I : j + 1; i < n && i < I + TILE; i++) {
-                    const double a = M->values[i + j * n], b = M->values[j + i * n];
-
-                    if (a != b && !(fabs(a - b) <= PERP__SUM_ROUNDING * row_norms[i]))
-                        return 0;
-                }
-    return 1;
-}
-
-/* No positive entry beside the diagonal. */
-static int32_t has_z_signs(const perp__matrix *M)
-{
-    for (int32_t j = 0; j < M->columns; j++)
-        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
-            if (M->values[k] > 0.0 && M->row_indices[k] != j)
-                return 0;
-    return 1;
-}
-
-/* Whether positive entries beside the diagonal are small, in every column. */
-static int32_t is_nearly_z(const perp__matrix *M)
-{
-    for (int32_t j = 0; j < M->columns; j++) {
-        double positive = 0.0, diagonal = 0.0;
-
-        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
-            if (M->row_indices[k] == j)
-                diagonal = M->values[k];
-            else if (M->values[k] > 0.0)
-                positive += M->values[k];
-        }
-        if (positive > PERP__POSITIVE_SHARE * diagonal)
-            return 0;
-    }
-    return 1;
-}
-
-/* Columns from left to right meet the mirror images of their entries in the order in which these
- * are stored: one cursor a column. */
-int32_t perp__has_symmetric_entries(const perp__matrix *M, int32_t *cursor, double tolerance)
-{
-    const int32_t n = M->columns;
-
-    memcpy(cursor, M->column_starts, (size_t)n * sizeof *cursor);
-    for (int32_t j = 0; j < n; j++) {
-        for (int32_t k = cursor[j]; k < M->column_starts[j + 1]; k++) {
-            const int32_t i = M->row_indices[k];
-            const double a = M->values[k];
-            double b;
-
-            if (i == j)
-                continue;
-            if (i < j || cursor[i] == M->column_starts[i + 1] || M->row_indices[cursor[i]] != j)
-                return 0; /* no mirror image */
-            b = M->values[cursor[i]++];
-            if (!(fabs(a - b) <= tolerance * fabs(a)))
-                return 0;
-        }
-    }
-    return 1;
-}
-
-int32_t perp__is_like_laplace(const perp__matrix *M, int32_t *cursor)
-{
-    return has_positive_diagonal(M) && is_nearly_z(M) &&
-           perp__has_symmetric_entries(M, cursor, PERP__ROUNDING_LIMIT);
-}
-
-/* ---- its blocks ---- */
+#include "linalg/signs.h"
 
 /* Blocks of at least so many rows are left to a hierarchy: on plane grids of five points multigrid
  * overtakes Cholesky at 6e4 rows, in space at 1000. */
@@ -146,7 +55,7 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
                                     const double *row_norms)
 {
     const double started = perp__now();
-    const int32_t positive = has_positive_diagonal(M), is_dense = !M->column_starts;
+    const int32_t positive = perp__has_positive_diagonal(M), is_dense = !M->column_starts;
     const double entries = is_dense ? (double)M->rows * M->rows : M->column_starts[M->columns];
     perp_status status;
 
@@ -160,7 +69,7 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
     block->border.is_open = block->border.changes = 0;
     block->suits_grid = block->is_nearly_z = 0;
     block->has_positive_diagonal = positive;
-    block->has_z_signs = positive && !is_dense && has_z_signs(M);
+    block->has_z_signs = positive && !is_dense && perp__has_z_signs(M);
     block->kind = is_dense                  ? PERP__DENSE
                   : perp__is_tridiagonal(M) ? PERP__SPARSE_TRIDIAGONAL
                                             : PERP__SPARSE_GENERAL;
@@ -168,14 +77,14 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
     if (status != PERP_OK)
         return status;
     block->is_symmetric =
-        is_dense ? is_symmetric(M, row_norms)
+        is_dense ? perp__is_dense_symmetric(M, row_norms)
                  : positive && perp__has_symmetric_entries(M, block->local, PERP__ROUNDING_LIMIT);
     if (block->kind == PERP__SPARSE_TRIDIAGONAL)
         perp__tridiagonal_read(&block->T, M);
     else if (block->is_symmetric && !is_dense)
         block->kind = PERP__SPARSE_SYMMETRIC;
     block->is_nearly_z =
-        positive && !is_dense && M->columns >= PERP__LARGE_MATRIX && is_nearly_z(M);
+        positive && !is_dense && M->columns >= PERP__LARGE_MATRIX && perp__is_nearly_z(M);
     block->suits_grid =
         block->is_nearly_z && (block->is_symmetric || block->kind == PERP__SPARSE_GENERAL);
     block->pace = (perp__now() - started) / (entries + 1.0);

@@ -30,9 +30,12 @@ enum perp__sparse_kind {
 };
 
 /* Dense blocks of sets A that differ by few indices from the set A0 of the factors: what entered
- * (E) and what left (L) borders the old block, [ M_00  M_0E  -I_0L ] [x_0]   [r_0] [ M_E0  M_EE 0
- * ] [x_E] = [r_E],
+ * (E) and what left (L) borders the old block,
+ *
+ *   [ M_00  M_0E  -I_0L ] [x_0]   [r_0]
+ *   [ M_E0  M_EE    0   ] [x_E] = [r_E],
  *   [-I_L0   0      0   ] [w_L]   [ 0 ]
+ *
  * and costs solves with the old factors and one with the Schur complement of M_00. */
 typedef struct perp__border {
     int32_t is_open;    /* the factors may be bordered */
@@ -150,13 +153,5 @@ void perp__border_layout(perp__arena *arena, perp__border *border, size_t n);
 void perp__border_begin(perp__sparse_block *block);
 int32_t perp__border_choose(perp__sparse_block *block, const int32_t *active, int32_t count);
 void perp__border_solve(perp__sparse_block *block, double *x);
-
-/* Whether M, CSC with sorted columns, is equal to its transpose, each entry up to `tolerance` of
- * it. cursor: n entries. */
-int32_t perp__has_symmetric_entries(const perp__matrix *M, int32_t *cursor, double tolerance);
-
-/* Whether it is symmetric up to rounding, with a positive diagonal and only small positive entries
- * beside it, as the matrices of diffusion are. */
-int32_t perp__is_like_laplace(const perp__matrix *M, int32_t *cursor);
 
 #endif

@@ -41,7 +41,8 @@ static perp_status step(perp__newton_run *f, void *own)
     /* On the path mu falls as far as the point is near its equation. */
     if (f->path && f->iterations == 0 && isfinite(f->psi)) /* else mu could not fall */
         perp__ncp_smooth(f, perp__largest(f->phi, f->model->n));
-    while (f->smoothing > 0.0 && perp__largest(f->phi, f->model->n) <= PERP__NEAR * f->smoothing)
+    while (f->smoothing > 0.0 &&
+           perp__largest(f->phi, f->model->n) <= PERP__FISCHER_NEAR * f->smoothing)
         perp__ncp_smooth(f, f->smoothing > DBL_EPSILON ? PERP__FISCHER_SHARE * f->smoothing : 0.0);
     if (*crashing)
         moved = newton_step(f, PERP__NCP_NATURAL);

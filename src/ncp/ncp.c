@@ -12,6 +12,7 @@
 #include "base/context.h"
 #include "base/outcome.h"
 #include "base/random.h"
+#include "linalg/signs.h"
 #include "linalg/sparse_block.h"
 
 /* ---- where a method begins: at the caller's start, near it where F is not defined there, and at
@@ -226,7 +227,7 @@ static perp_status run_all(perp_ncp_solver *solver, const double *from, double p
     const double least = solver->settings.polish && asked == PERP_NCP_AUTO ? 1.0 : 1e-5;
     perp_status status = PERP_OK;
 
-    for (int32_t k = 0; k < PERP__STARTS && status == PERP_OK; k++) {
+    for (int32_t k = 0; k < PERP__FISCHER_STARTS && status == PERP_OK; k++) {
         const int32_t first = solver->first_method;
         const int32_t path = k > 0 && asked == PERP_NCP_FISCHER;
         const int32_t method = k == 0 || path ? first : PERP_NCP_FISCHER + PERP_NCP_JOSEPHY - first;

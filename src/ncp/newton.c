@@ -212,7 +212,7 @@ void perp__ncp_gradient(perp__newton_run *f)
 perp_status perp__ncp_iterate(perp__newton_run *f, perp__ncp_step step, void *own)
 {
     double first = INFINITY, last = INFINITY;
-    perp__progress progress = {INFINITY, INFINITY, 0};
+    perp__fischer_progress progress = {INFINITY, INFINITY, 0};
 
     for (f->iterations = 0;; f->iterations++) {
         perp_status status = perp__ncp_tick(f->model, &f->outcome, f->iterations, f->residual);
@@ -241,8 +241,9 @@ perp_status perp__ncp_iterate(perp__newton_run *f, perp__ncp_step step, void *ow
         last = f->residual;
         status = step(f, own);
         f->outcome = PERP_OUTCOME_STALLED;
-        if (status != 1 || perp__fischer_creeps(&progress, (perp__progress){f->best_residual,
-                                                                            f->psi, f->iterations}))
+        if (status != 1 ||
+            perp__fischer_creeps(&progress,
+                                 (perp__fischer_progress){f->best_residual, f->psi, f->iterations}))
             return status < 0 ? status : PERP_OK;
     }
 }

@@ -11,8 +11,8 @@
 #include "linalg/lanes/multiversion.h"
 
 /* Newton's method, near: the next step squares this error. */
-#define PERP__NEAR 1e-4
-#define PERP__NEAR_STEPS 4
+#define PERP__SLIP_NEAR 1e-4
+#define PERP__SLIP_NEAR_STEPS 4
 
 /* r_t = -c / (s + l) with |r_t| = mu r_n, r_n = z - a'r_t, given that l = 0 asks for more friction
  * than there is, mu > 0 and z > 0. Returns r_n; r: r_t. The last l is the start. */
@@ -73,7 +73,7 @@ PERP__KERNEL static int32_t perp__slip_near(perp__local *local, double z, const 
     const double mu = local->mu, *a = local->a, *s = local->s;
     double x = local->slip;
 
-    for (int32_t step = 0; step < PERP__NEAR_STEPS && x > 0.0; step++) {
+    for (int32_t step = 0; step < PERP__SLIP_NEAR_STEPS && x > 0.0; step++) {
         const double p = s[0] + x, q = s[1] + x, inverse = 1.0 / (p * q);
         const double i0 = q * inverse, i1 = p * inverse;
         const double r0 = -c[0] * i0, r1 = -c[1] * i1;
@@ -86,7 +86,7 @@ PERP__KERNEL static int32_t perp__slip_near(perp__local *local, double z, const 
         if (!(slope > 0.0))
             return 0;
         x -= move;
-        if (fabs(excess) <= PERP__NEAR * length) { /* r follows to second order */
+        if (fabs(excess) <= PERP__SLIP_NEAR * length) { /* r follows to second order */
             r[1] = r0 + r0 * (i0 * move);
             r[2] = r1 + r1 * (i1 * move);
             r[0] = z - (a[0] * r[1] + a[1] * r[2]);

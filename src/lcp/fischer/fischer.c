@@ -29,7 +29,7 @@ typedef struct start {
     int32_t path;   /* follows the smoothed equation first */
 } start;
 
-static const start starts[2][PERP__STARTS] = {
+static const start starts[2][PERP__FISCHER_STARTS] = {
     {{10, 0, 1, 0}, {0, 0, 1, 1}, {0, 20, 1, 0}, {0, 0, 0, 0}, {0, 60, 0, 0}},
     {{0, 0, 1, 0}, {0, 0, 1, 1}, {10, 0, 1, 0}, {0, 20, 1, 0}, {0, 60, 0, 0}},
 };
@@ -168,7 +168,7 @@ static perp_status step(perp__fischer_state *f, int32_t active)
     perp_status moved = 0;
 
     while (f->smoothing > 0.0 &&
-           perp__largest(f->phi, f->common.problem->n) <= PERP__NEAR * f->smoothing)
+           perp__largest(f->phi, f->common.problem->n) <= PERP__FISCHER_NEAR * f->smoothing)
         smooth(f, f->smoothing > f->last ? PERP__FISCHER_SHARE * f->smoothing : 0.0);
     f->recent[f->steps++ % PERP__MEMORY] = f->psi;
     if (active && f->smoothing == 0.0) {
@@ -186,7 +186,7 @@ static perp_status run(perp__fischer_state *f, int32_t active, perp__lcp_iterate
         problem->iteration_limit > 0 ? problem->iteration_limit : PERP__ITERATIONS;
     /* what the active sets of an unsymmetric S miss at first is left to the path */
     const int32_t brief = iterate->attempt == 0 && !f->common.problem->block->is_symmetric;
-    perp__progress last = {INFINITY, INFINITY, 0};
+    perp__fischer_progress last = {INFINITY, INFINITY, 0};
 
     iterate->outcome = -1;
     while (iterate->outcome < 0 && f->steps < limit && f->best_residual > AIM * problem->tol) {
@@ -196,7 +196,8 @@ static perp_status run(perp__fischer_state *f, int32_t active, perp__lcp_iterate
             return moved;
         iterate->iterations = f->steps;
         iterate->outcome =
-            perp__fischer_creeps(&last, (perp__progress){f->best_residual, f->psi, f->steps}) ||
+            perp__fischer_creeps(&last,
+                                 (perp__fischer_progress){f->best_residual, f->psi, f->steps}) ||
                     !moved || (brief && f->failures > 0)
                 ? PERP_OUTCOME_STALLED
                 : perp__lcp_tick(problem->control, f->steps, f->best_residual);
@@ -252,5 +253,13 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
 }
 
 const perp__lcp_method perp__lcp_fischer = {
-    PERP_LCP_FISCHER, sizeof(perp__fischer_state), PERP__STARTS, 0, NULL, NULL, layout, solve, NULL,
+    PERP_LCP_FISCHER,
+    sizeof(perp__fischer_state),
+    PERP__FISCHER_STARTS,
+    0,
+    NULL,
+    NULL,
+    layout,
+    solve,
+    NULL,
 };

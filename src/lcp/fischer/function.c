@@ -187,7 +187,7 @@ double perp__fischer_descent(const perp__matrix *S, const double *slope_z, const
     return -square * t;
 }
 
-int perp__fischer_creeps(perp__progress *last, perp__progress now)
+int perp__fischer_creeps(perp__fischer_progress *last, perp__fischer_progress now)
 {
     if (now.residual < 0.75 * last->residual || now.psi < 0.75 * last->psi)
         *last = now;

@@ -17,10 +17,11 @@
 #define PERP__WATCH_GROWTH 1e4
 
 /* The first rho that is not 0, of a unit diagonal, and from one rho or mu to the next. On the path
- * mu falls where |Phi| <= PERP__NEAR mu. Starts of one problem, the second of them the path. */
+ * mu falls where |Phi| <= PERP__FISCHER_NEAR mu. Starts of one problem, the second of them the
+ * path. */
 #define PERP__FISCHER_SHARE 0.1
-#define PERP__NEAR 3.0
-#define PERP__STARTS 5
+#define PERP__FISCHER_NEAR 3.0
+#define PERP__FISCHER_STARTS 5
 
 /* Partial derivatives; both in [0, 2] for phi, >= 0 for the composition. */
 typedef struct perp__slopes {
@@ -73,10 +74,10 @@ double perp__fischer_descent(const perp__matrix *S, const double *slope_z, const
 
 /* What a run had come to when its residual or Psi had last fallen by a quarter; begins with
  * {INFINITY, INFINITY, 0}. Returns 1 if that is too many steps ago. */
-typedef struct perp__progress {
+typedef struct perp__fischer_progress {
     double residual, psi;
     int64_t steps;
-} perp__progress;
-int perp__fischer_creeps(perp__progress *last, perp__progress now);
+} perp__fischer_progress;
+int perp__fischer_creeps(perp__fischer_progress *last, perp__fischer_progress now);
 
 #endif

@@ -152,6 +152,7 @@ double perp__closed_gap(const perp_world *world, const perp__world_contact *cont
 int32_t perp__number_of(perp_world *world, const perp__island *island, int32_t body);
 /* |C^-1 v| of a body: half its square is the kinetic energy. */
 double perp__mass_norm(const perp_world *world, int32_t body, const double *v);
+double perp__mass_product(const perp_world *world, int32_t body, const double *x, const double *y);
 /* J M^-1 J' of row k: what an impulse of 1 along it makes of its velocity. */
 double perp__moved_by(const perp_world *world, const perp__island *island,
                       const perp__rigid_rows *rows, int32_t k);

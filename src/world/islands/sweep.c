@@ -217,19 +217,11 @@ static int32_t goes_nowhere(const perp_world *world, const perp__island *island,
 static double mass_product(const perp_world *world, const perp__island *island, const double *x,
                            const double *y)
 {
-    const int32_t n = world->dof;
-    double sum = 0.0, both[6];
+    double sum = 0.0;
 
-    for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->work.members[i];
-        const double a = perp__mass_norm(world, body, x + n * i);
-        const double b = perp__mass_norm(world, body, y + n * i);
-
-        for (int32_t k = 0; k < n; k++)
-            both[k] = x[n * i + k] + y[n * i + k];
-        both[0] = perp__mass_norm(world, body, both);
-        sum += 0.5 * (both[0] * both[0] - a * a - b * b);
-    }
+    for (int32_t i = 0; i < island->bodies; i++)
+        sum += perp__mass_product(world, world->work.members[i], x + world->dof * i,
+                                  y + world->dof * i);
     return sum;
 }
 

@@ -468,24 +468,21 @@ static double take_from_turns(perp_world *world, const perp__island *island, int
 static void take_impulses(perp_world *world, const perp__island *island, double excess)
 {
     const perp__verdict *verdict = &perp__island_motion(world, island, 0)->verdict;
-    const double at_rest[3] = {0.0};
     double half = 0.0, slope = 0.0, t, root;
 
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
         const double *free = world->motions[body].free;
-        perp__state now = world->next[body], made = world->states[body];
-        double own;
+        double twist[6], v[6], d[6];
 
-        memcpy(now.orientation, made.orientation, sizeof now.orientation);
-        now.angle = made.angle;
-        perp__subtract3(made.velocity, now.velocity, free);
-        perp__subtract3(made.angular_velocity, now.angular_velocity, free + 3);
-        half += own = perp__kinetic_of(world, body, &made, at_rest);
-        slope += own + perp__kinetic_of(world, body, &now, at_rest);
-        perp__copy3(now.velocity, free);
-        perp__copy3(now.angular_velocity, free + 3);
-        slope -= perp__kinetic_of(world, body, &now, at_rest);
+        perp__copy3(twist, world->next[body].velocity);
+        perp__copy3(twist + 3, world->next[body].angular_velocity);
+        perp__coordinates_of(world, twist, v);
+        perp__add3(twist, -1.0, free);
+        perp__add3(twist + 3, -1.0, free + 3);
+        perp__coordinates_of(world, twist, d);
+        half += 0.5 * perp__mass_product(world, body, d, d);
+        slope += perp__mass_product(world, body, d, v);
     }
     excess = fmin(excess, slope * slope / (4.0 * half)); /* the most that it can be */
     root = sqrt(fmax(slope * slope - 4.0 * half * excess, 0.0));
