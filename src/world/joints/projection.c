@@ -468,7 +468,7 @@ static double take_from_turns(perp_world *world, const perp__island *island, int
 static void take_impulses(perp_world *world, const perp__island *island, double excess)
 {
     const perp__verdict *verdict = &perp__island_motion(world, island, 0)->verdict;
-    double half = 0.0, slope = 0.0, t, root;
+    double square = 0.0, slope = 0.0, t, root;
 
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
@@ -481,11 +481,11 @@ static void take_impulses(perp_world *world, const perp__island *island, double 
         perp__add3(twist, -1.0, free);
         perp__add3(twist + 3, -1.0, free + 3);
         perp__coordinates_of(world, twist, d);
-        half += 0.5 * perp__mass_product(world, body, d, d);
+        square += perp__mass_product(world, body, d, d);
         slope += perp__mass_product(world, body, d, v);
     }
-    excess = fmin(excess, slope * slope / (4.0 * half)); /* the most that it can be */
-    root = sqrt(fmax(slope * slope - 4.0 * half * excess, 0.0));
+    excess = fmin(excess, slope * slope / (2.0 * square)); /* the most that it can be */
+    root = sqrt(fmax(slope * slope - 2.0 * square * excess, 0.0));
     t = slope > 0.0 ? fmin(2.0 * excess / (slope + root), 1.0) : 0.0;
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
@@ -499,7 +499,8 @@ static void take_impulses(perp_world *world, const perp__island *island, double 
     }
     for (int32_t i = 0; i < 3 * island->contacts; i++)
         perp__step_response(world, island, i / 3)->impulse[i % 3] *= 1.0 - t;
-    /* velocities u + t (q - u) miss by t beside q, which drives them */
+    /* u + t (q - u) misses by t beside what drives it, and by no more than t d */
+    t *= fmin(sqrt(square) / verdict->drive, 1.0);
     if (verdict->swept)
         perp__raise_to(&world->scaled, verdict->residual + t);
 }
