@@ -156,7 +156,7 @@ static void test_it_outlives_the_handle_of_its_context(void **state)
 
     assert_int_equal(make(f, f->context, &mechanism), PERP_OK);
     f->context_destroy(f->context);
-    assert_true(fall(f, mechanism) >= -1e-12); /* with solvers that are made now */
+    assert_true(fall(f, mechanism) >= -1e-12);
     assert_int_equal(make(f, f->context, &other), PERP_ERROR_HANDLE);
     f->destroy(mechanism);
     assert_int_equal(f->live_blocks, 0);

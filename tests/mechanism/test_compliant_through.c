@@ -474,6 +474,25 @@ static void test_pieces(void **state)
     perp_compliant_destroy(block);
 }
 
+/* Over a spring at rest, its context destroyed: a mass of 2 under 20 slides v^2 / (2 mu g) and is
+ * held there, by a solver that is made when it stops. */
+static void test_outlives_the_handle_of_its_context(void **state)
+{
+    const double mass[] = {2, 0, 0, 2}, normal[] = {0, -1}, tangent[] = {1, 0};
+    const double force[] = {0, -20}, coefficient = 0.25;
+    const double x0[] = {0, -20 / 1e6}, v0[] = {-3, 0};
+    const perp_compliant_system system = describe_system(2, 1, force, &coefficient, 1e6);
+    perp_compliant *block = posed(&system, mass, normal, tangent);
+    ran out;
+
+    perp_context_destroy(context);
+    out = run_through(block, 1, x0, v0, 2);
+    assert_int_equal(out.modes[0], PERP_CONTACT_STICK);
+    assert_near(out.x[0], -9 / (2 * 0.25 * 10), 1e-9); /* an event's time is known to 1e-10 */
+    perp_compliant_destroy(block);
+    assert_int_equal(make(state), 0);
+}
+
 static void test_refused(void **state)
 {
     const double x0[] = {0, 0}, v0[] = {0, 0}, lower = 0.1;
@@ -543,6 +562,7 @@ int main(void)
         cmocka_unit_test(test_one_after_the_other),
         cmocka_unit_test(test_nothing_is_missed),
         cmocka_unit_test(test_pieces),
+        cmocka_unit_test(test_outlives_the_handle_of_its_context),
         cmocka_unit_test(test_refused),
         cmocka_unit_test(test_memory),
     };
