@@ -451,6 +451,25 @@ static void test_impulse_out_of_range(void **state)
     }
 }
 
+/* Contact 1 presses by q_1 = -1.5e308, which adds half of that to the 1.5e308 at which contact 0
+ * opens anyway: 2.25e308 is no velocity, and what leaves so fast lacks nothing of its law. */
+static void test_velocity_out_of_range(void **state)
+{
+    (void)state;
+    for (int32_t m = 0; m < METHODS; m++) {
+        tower t = {.n = 2, .mass = {1.0, 1.0}};
+
+        build(&t);
+        t.W[0] = t.W[3] = 1.0;
+        t.W[1] = t.W[2] = 0.5;
+        t.q[0] = 1.5e308;
+        t.q[1] = -1.5e308;
+        t.settings.method = methods[m];
+        solve(&t, NULL);
+        assert_false(is_good(t.result.outcome));
+    }
+}
+
 /* Where omega itself is, that is said. */
 static void test_omega_out_of_range(void **state)
 {
@@ -541,6 +560,7 @@ int main(void)
         cmocka_unit_test(test_cut_short),
         cmocka_unit_test(test_no_proof_without_budget),
         cmocka_unit_test(test_impulse_out_of_range),
+        cmocka_unit_test(test_velocity_out_of_range),
         cmocka_unit_test(test_omega_out_of_range),
         cmocka_unit_test(test_joints_of_rounding),
     };
