@@ -211,6 +211,28 @@ static void test_loads_no_row_answers(void **state)
     assert_true(one.result.safety == INFINITY);
 }
 
+/* A weight of 1 on a rod that bears up to `wide`: however wide, its load may grow to wide - 1, and
+ * without end on one that bears anything. */
+static void test_loads_that_wide_bounds_carry(void **state)
+{
+    const double f[] = {-1.0}, row[] = {1.0};
+
+    (void)state;
+    for (double wide = 2.0; wide < 1e14; wide *= 7.0)
+        for (int32_t way = 0; way < 2; way++) {
+            begin(1, f);
+            bounded_either_way(way, -wide, wide, row);
+            load(f);
+            require("a load on a rod", PERP_STATICS_STANDS);
+            require_safety("a load on a rod", wide - 1.0, 1e-8);
+        }
+    begin(1, f);
+    bounded(0.0, INFINITY, row);
+    load(f);
+    require("a load on a rod of any strength", PERP_STATICS_STANDS);
+    assert_true(one.result.safety == INFINITY);
+}
+
 /* A velocity that no row reaches, and what pushes it, however little that is. */
 static void test_forces_no_row_answers(void **state)
 {
@@ -388,6 +410,7 @@ int main(void)
         cmocka_unit_test(test_motors_at_the_limit),
         cmocka_unit_test(test_no_forces),
         cmocka_unit_test(test_loads_no_row_answers),
+        cmocka_unit_test(test_loads_that_wide_bounds_carry),
         cmocka_unit_test(test_forces_no_row_answers),
         cmocka_unit_test(test_unbalance_of_idle_joints),
         cmocka_unit_test(test_bounds_of_any_width),
