@@ -181,6 +181,51 @@ static void test_momentum_of_the_heavy(void **state)
     }
 }
 
+/* The same of three random contacts that press by some 1 on masses of 1 and from 1 down to 1e-16,
+ * from starts that balance the light one alone: zeros take no more of the heavy one's momentum. */
+static void test_momentum_beside_any_mass(void **state)
+{
+    static const int32_t starts[] = {0, 1, 2}, places[] = {0, 1};
+    static const double w[3] = {0};
+
+    (void)state;
+    for (uint64_t seed = 1; seed <= 300; seed++) {
+        perp_contact_dynamics dynamics = fresh_contact_dynamics();
+        perp_contact_settings settings = fresh_contact_settings();
+        perp_contact_laws laws = fresh_contact_laws();
+        double mass[2] = {1.0}, H[6], f[2] = {0.0}, r0[3], r[3], u[3], v[2];
+        perp_matrix M, rows;
+        gen_random random;
+
+        gen_seed(&random, seed);
+        mass[1] = pow(10.0, -gen_integer(&random, 17));
+        for (int32_t k = 0; k < 3; k++) {
+            r0[k] = gen_uniform(&random, 0.0, 2.0);
+            H[2 * k] = gen_normal(&random);
+            H[2 * k + 1] = gen_integer(&random, 2) ? 1.0 : -1.0;
+            f[1] -= H[2 * k + 1] * r0[k];
+        }
+        f[0] = gen_normal(&random);
+        M = matrix_csc(2, 2, starts, places, mass);
+        rows = matrix_rows(H, 3, 2);
+        laws.contacts = 3;
+        laws.dim = 1;
+        dynamics.n = 2;
+        dynamics.M = &M;
+        dynamics.H = &rows;
+        for (size_t m = 0; m < METHODS; m++) {
+            perp_contact_result result = fresh_contact_result();
+
+            settings.method = methods[m];
+            assert_int_equal(perp_contact_solve(context, v, r, u, NULL, NULL, &result, &settings,
+                                                &laws, &dynamics, f, w, NULL, r0),
+                             PERP_OK);
+            if (is_good(result.outcome))
+                assert_true(fabs(v[0] - f[0] - H[0] * r[0] - H[2] * r[1] - H[4] * r[2]) <= 1e-6);
+        }
+    }
+}
+
 /* A grain of 1e-9 kg on a block of 1e9 kg: without its impulse, or with ten times that, nothing in
  * the units of the block is wrong by 1e-8, and the grain is at u_n = -0.1 or 0.9 m/s. Such a start
  * is no answer. Of r, 1e-6 is what velocities right to 1e-8 leave. */
@@ -550,6 +595,7 @@ int main(void)
         cmocka_unit_test(test_what_pressing_answers_to),
         cmocka_unit_test(test_closing_beside_large_numbers),
         cmocka_unit_test(test_momentum_of_the_heavy),
+        cmocka_unit_test(test_momentum_beside_any_mass),
         cmocka_unit_test(test_grain_on_a_block),
         cmocka_unit_test(test_mixed_towers),
         cmocka_unit_test(test_iterations_hold),
