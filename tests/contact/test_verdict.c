@@ -296,6 +296,43 @@ static void test_noise_connects_nothing(void **state)
     perp_contact_solver_destroy(solver);
 }
 
+/* Two contacts along coordinates of their own of one body, one of which carries 1e15: that is no
+ * excuse for the other, which moves by half of what it is to stop, 1. Its own terms, 1.5, and what
+ * they would do to itself, as much, make a sixth of that. */
+static void test_other_coordinates_excuse_nothing(void **state)
+{
+    static const double M[] = {1, 1, 1}, H[] = {1, 0, 0, 0, 1, 0}, f[] = {-1e15, -1, 0}, w[2] = {0};
+    static const int32_t starts[] = {0, 1, 2, 3}, places[] = {0, 1, 2};
+    static const double half[] = {1e15, 0.5};
+    const perp__contact_call call = {.q = w, .w = w, .f = f};
+    const perp_matrix mass = matrix_csc(3, 3, starts, places, M), jacobian = matrix_rows(H, 2, 3);
+    perp_contact_dynamics dynamics = fresh_contact_dynamics();
+    perp_contact_result result = fresh_contact_result();
+    perp_contact_laws laws = fresh_contact_laws();
+    perp__contact_worth worth;
+    perp_contact_solver *solver;
+    double r[2];
+
+    (void)state;
+    laws.contacts = 2;
+    laws.dim = 1;
+    dynamics.n = 3;
+    dynamics.M = &mass;
+    dynamics.H = &jacobian;
+    assert_int_equal(perp_contact_solver_create(context, &solver, NULL), PERP_OK);
+    assert_int_equal(perp_contact_solver_setup_dynamics(solver, &laws, &dynamics), PERP_OK);
+    assert_int_equal(perp_contact_solver_solve_dynamics(solver, NULL, r, NULL, NULL, NULL, &result,
+                                                        f, w, NULL, NULL),
+                     PERP_OK);
+    assert_int_equal(solver->bodies.width, 3);
+    memcpy(solver->r, half, sizeof half);
+    solver->call = &call;
+    assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
+    assert_true(worth.tested <= 1e-10 && fabs(worth.own - 1.0 / 6.0) <= 1e-4);
+    solver->call = NULL;
+    perp_contact_solver_destroy(solver);
+}
+
 /* Masses 2 and 4e-12 between two contacts. Impulses that leave the heavy one a momentum of its own
  * are right beside W = 1e12: then v is what they make of it, not 0.0 because both contacts hold.
  * 1e-4 = sqrt(tol) of the terms; the light one's are 1. */
@@ -534,6 +571,7 @@ int main(void)
         cmocka_unit_test(test_units_of_the_floor),
         cmocka_unit_test(test_parts_and_leaks),
         cmocka_unit_test(test_noise_connects_nothing),
+        cmocka_unit_test(test_other_coordinates_excuse_nothing),
         cmocka_unit_test(test_momentum_beside_noise),
         cmocka_unit_test(test_modes_must_hold),
         cmocka_unit_test(test_what_is_sound),
