@@ -384,6 +384,41 @@ static void test_rows_of_any_size(void **state)
     assert_true(one.result.verdict != PERP_STATICS_FALLS);
 }
 
+/* Between two walls, whose rows may be of any size: the one ahead carries 1. */
+static void test_walls_of_any_size(void **state)
+{
+    const double f[] = {1.0}, ahead[] = {-1.1};
+
+    (void)state;
+    for (double size = 1e-300; size < 1e301; size *= 10.0) {
+        const double behind[] = {size};
+
+        begin(1, f);
+        contact(1, 0.0, behind);
+        contact(1, 0.0, ahead);
+        case_pose(&one);
+        assert_int_not_equal(case_decide("two walls", &one, context), PERP_STATICS_FALLS);
+    }
+}
+
+/* A motor holds a push of 1. A second one and a wall, whose row may be of any size, could but push
+ * the same way: at 1e17 doubles cannot tell the wall's impulse from 0, and it is left out. */
+static void test_motors_beside_a_wall(void **state)
+{
+    const double f[] = {-1.0}, either_way[] = {-1.0}, one_way[] = {-2.0};
+
+    (void)state;
+    for (double size = 1e-25; size < 1e25; size *= 10.0) {
+        const double behind[] = {-size};
+
+        begin(1, f);
+        contact(1, 0.0, behind);
+        bounded(-3.0, INFINITY, either_way);
+        bounded(0.0, 1.5, one_way);
+        require("motors beside a wall", PERP_STATICS_STANDS);
+    }
+}
+
 /* Coefficients that are small because tangents are in units 2^20 of the normal's count as in any
  * other units: a box on a slope stands up to its friction. */
 static void test_units_of_tangents(void **state)
@@ -417,6 +452,8 @@ int main(void)
         cmocka_unit_test(test_grasps),
         cmocka_unit_test(test_range),
         cmocka_unit_test(test_rows_of_any_size),
+        cmocka_unit_test(test_walls_of_any_size),
+        cmocka_unit_test(test_motors_beside_a_wall),
         cmocka_unit_test(test_units_of_tangents),
     };
 
