@@ -274,6 +274,21 @@ static void test_noise_that_agrees(void **state)
     assert_int_equal(verdict(4, N, lower, upper, p, wrong), PERP_OUTCOME_STALLED);
 }
 
+/* Three equations, z = (0, -1/2, 0), with noise on the diagonals of the outer ones. In units that
+ * these give, the middle row is small; it is off by 5e-5 of its terms all the same. */
+static void test_couplings_that_units_of_noise_leave(void **state)
+{
+    static const double M[9] = {5e-11, -3, -2, 0.25, -0.25, 0.5, -1, 2, 4e-11};
+    static const double lower[3] = {-INFINITY, -INFINITY, -INFINITY};
+    static const double upper[3] = {INFINITY, INFINITY, INFINITY};
+    static const double q[3] = {-1.5, -0.125, 1}, off[3] = {-1.5, -0.1250125, 1},
+                        z[3] = {0, -0.5, 0};
+
+    (void)state;
+    assert_int_equal(verdict(3, M, lower, upper, q, z), PERP_OUTCOME_SOLVED);
+    assert_int_equal(verdict(3, M, lower, upper, off, z), PERP_OUTCOME_STALLED);
+}
+
 /* At the end of doubles. w_1 = largest at z_1 = 0, off its bound by less than any unit holds; w_1 =
  * -largest at z_1 = 0, where the upper bound, 1e-308, gives w_0 another sign; w_2 = -4 at z_1 = 0
  * instead of 2e-308, though the units of rows 1 and 2 are as far apart as units get. */
@@ -415,6 +430,7 @@ int main(void)
         cmocka_unit_test(test_noise_ties_nothing),
         cmocka_unit_test(test_noise_is_no_unit),
         cmocka_unit_test(test_noise_that_agrees),
+        cmocka_unit_test(test_couplings_that_units_of_noise_leave),
         cmocka_unit_test(test_the_end_of_doubles),
         cmocka_unit_test(test_roundings_travel),
         cmocka_unit_test(test_small_rows_count),
