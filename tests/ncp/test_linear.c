@@ -253,6 +253,41 @@ static void test_programs(void **state)
     }
 }
 
+/* A program and its twin differ in the signs of equations alone, and signs do not round: a method
+ * goes through the same points. */
+static void test_twins(void **state)
+{
+    static const int32_t methods[] = {PERP_NCP_FISCHER, PERP_NCP_JOSEPHY};
+
+    (void)state;
+    for (uint64_t seed = 1; seed <= 100; seed++)
+        for (int m = 0; m < 2; m++) {
+            double z[2][MOST], w[MOST], z0[MOST] = {0};
+            int64_t steps[2];
+
+            for (int k = 0; k < 2; k++) {
+                perp_ncp_settings settings = fresh_ncp_settings();
+                perp_ncp_result result = fresh_ncp_result();
+                linear l = {.storage = PERP_STORAGE_ROW_MAJOR};
+                perp_ncp_problem problem;
+                gen_random random;
+                gen_lcp p;
+
+                gen_seed(&random, seed);
+                make_program(&p, &random, k ? 1 : -1);
+                l.problem = &p;
+                problem = problem_of(&l, 1);
+                settings.method = methods[m];
+                assert_int_equal(perp_ncp_solve(context, z[k], w, &result, &settings, &problem, z0),
+                                 PERP_OK);
+                steps[k] = result.iterations;
+                gen_destroy(&p);
+            }
+            assert_int_equal(steps[0], steps[1]);
+            assert_true(distance(z[0], z[1], VARIABLES + EQUATIONS) == 0.0);
+        }
+}
+
 /* Linear programs, by one method alone: at each solution Newton's matrix is singular, and the path
  * of the smoothed equations has to lead to one (Kanzow 1996: it exists where a monotone problem has
  * an interior). The witness is the program's own optimal value. */
@@ -417,9 +452,10 @@ static void test_small_rows(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_random),    cmocka_unit_test(test_low_rank),
-        cmocka_unit_test(test_programs),  cmocka_unit_test(test_linear_programs),
-        cmocka_unit_test(test_residuals), cmocka_unit_test(test_small_rows)};
+        cmocka_unit_test(test_random),          cmocka_unit_test(test_low_rank),
+        cmocka_unit_test(test_programs),        cmocka_unit_test(test_twins),
+        cmocka_unit_test(test_linear_programs), cmocka_unit_test(test_residuals),
+        cmocka_unit_test(test_small_rows)};
 
     return cmocka_run_group_tests(tests, make, destroy);
 }
