@@ -253,6 +253,25 @@ static void test_programs(void **state)
     }
 }
 
+/* Programs with variables that come as near to their bound as 5e-324: that is on it. */
+static void test_what_underflows(void **state)
+{
+    static const uint64_t seeds[] = {90, 785, 1150, 3250, 3252, 4760, 5289, 5755, 5955};
+
+    (void)state;
+    for (size_t k = 0; k < sizeof seeds / sizeof *seeds; k++) {
+        linear l = {.storage = PERP_STORAGE_ROW_MAJOR, .unique = VARIABLES};
+        gen_random random;
+        gen_lcp p;
+
+        gen_seed(&random, seeds[k]);
+        make_program(&p, &random, seeds[k] % 2 ? 1 : -1);
+        l.problem = &p;
+        check(&l, PERP_NCP_FISCHER, 1, "underflow, fischer");
+        gen_destroy(&p);
+    }
+}
+
 /* A program and its twin differ in the signs of equations alone, and signs do not round: a method
  * goes through the same points. */
 static void test_twins(void **state)
@@ -454,8 +473,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_random),          cmocka_unit_test(test_low_rank),
         cmocka_unit_test(test_programs),        cmocka_unit_test(test_twins),
-        cmocka_unit_test(test_linear_programs), cmocka_unit_test(test_residuals),
-        cmocka_unit_test(test_small_rows)};
+        cmocka_unit_test(test_what_underflows), cmocka_unit_test(test_linear_programs),
+        cmocka_unit_test(test_residuals),       cmocka_unit_test(test_small_rows)};
 
     return cmocka_run_group_tests(tests, make, destroy);
 }
