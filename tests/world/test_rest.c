@@ -383,6 +383,44 @@ static void test_what_wakes(void **state)
     }
 }
 
+/* A ball that fell freely for a while is hit by a bullet within one step, off its centre and level
+ * with it: both go on to fall as they did, g h a step, for the impulse is level. */
+static void test_bullet_hits_what_fell(void **state)
+{
+    const double h = 0.01;
+
+    (void)state;
+    for (int32_t steps = 1; steps < 30; steps++)
+        for (int32_t first = 0; first < 2; first++) { /* which of the two was added first */
+            perp_body_settings settings = scene_defaults();
+            perp_body_state bullet, hit;
+            perp_body balls[2];
+            scene s;
+
+            scene_open(&s, 0, 0.0, 0.0, -GRAVITY);
+            for (int32_t i = 0; i < 2; i++) {
+                settings.position[0] = i == first ? 0.0 : -500.0;
+                balls[i] = scene_add(&s, &settings);
+                scene_sphere(&s, balls[i], 0.5, 0.0, 0.0);
+            }
+            scene_steps(&s, steps, h);
+            bullet = scene_state(&s, balls[1 - first]);
+            bullet.position[0] = -8.0;
+            bullet.position[1] = 0.3;
+            bullet.velocity[0] = 1000.0;
+            SCENE_OK(&s, perp_world_set_body(s.world, &bullet, balls[1 - first]));
+            assert_int_equal(scene_step(&s, h).contacts, 1);
+            bullet = scene_state(&s, balls[1 - first]);
+            hit = scene_state(&s, balls[first]);
+            /* roundings of 1000 m/s */
+            assert_true(fabs(bullet.velocity[2] + GRAVITY * h * (steps + 1)) <= 1e-11);
+            assert_true(fabs(hit.velocity[2] + GRAVITY * h * (steps + 1)) <= 1e-11);
+            assert_true(hit.velocity[0] > 100.0);
+            assert_true(fabs(bullet.velocity[0] + hit.velocity[0] - 1000.0) <= 1e-11);
+            scene_close(&s);
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -390,6 +428,7 @@ int main(void)
         cmocka_unit_test(test_kept_points),
         cmocka_unit_test(test_vain_step),
         cmocka_unit_test(test_what_wakes),
+        cmocka_unit_test(test_bullet_hits_what_fell),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
