@@ -4,6 +4,7 @@
 
 #include "suite.h"
 
+#include "gen.h"
 #include "world/scene.h"
 #include "world/step.h"
 
@@ -421,6 +422,42 @@ static void test_bullet_hits_what_fell(void **state)
         }
 }
 
+/* Boxes of some decimetres on a slab, up to 1e12 m from the origin, where places are known to 1e-4
+ * m: what looks like a gap or an overlap is rounding, and all is at rest. */
+static void test_rest_far_away(void **state)
+{
+    (void)state;
+    for (uint64_t seed = 1; seed <= 200; seed++) {
+        perp_body_settings settings = scene_defaults();
+        gen_random random;
+        perp_body boxes[3];
+        double top, half;
+        int32_t count;
+        scene s;
+
+        gen_seed(&random, seed);
+        top = pow(10.0, gen_uniform(&random, 7.0, 12.0));
+        half = gen_uniform(&random, 0.1, 1.0);
+        count = 1 + gen_integer(&random, 3);
+        scene_open(&s, 0, 0.0, 0.0, -GRAVITY);
+        settings.kind = PERP_BODY_STATIC;
+        settings.position[2] = top - 0.3;
+        scene_box(&s, scene_add(&s, &settings), 5.0, 5.0, 0.3, 0.5, 0.0);
+        settings.kind = PERP_BODY_DYNAMIC;
+        for (int32_t i = 0; i < count; i++) {
+            settings.position[2] = top + half + 2.0 * half * i;
+            boxes[i] = scene_add(&s, &settings);
+            scene_box(&s, boxes[i], half, half, half, 0.5, 0.0);
+        }
+        for (int32_t k = 0; k < 3; k++) {
+            scene_step(&s, 0.01);
+            for (int32_t i = 0; i < count; i++)
+                assert_true(scene_rests(&s, boxes[i]));
+        }
+        scene_close(&s);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -429,6 +466,7 @@ int main(void)
         cmocka_unit_test(test_vain_step),
         cmocka_unit_test(test_what_wakes),
         cmocka_unit_test(test_bullet_hits_what_fell),
+        cmocka_unit_test(test_rest_far_away),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
