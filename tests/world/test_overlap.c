@@ -4,6 +4,7 @@
 
 #include "suite.h"
 
+#include "gen.h"
 #include "world/scene.h"
 
 /* Bricks of these half extents: their size in collisions, that of the spheres about two, is 0.31.
@@ -194,11 +195,60 @@ static void test_dominoes_gain_nothing(void **state)
     }
 }
 
+/* Needles and plates of 1 m that fall with spins and pile: what overlap is taken out lifts them by
+ * no more than what the step lost. One step in 90,000 of such gained 1.3e-5 of the energy of a
+ * metre's fall, all others less than 1e-7. */
+static void test_needles_gain_nothing(void **state)
+{
+    const double h = 1.0 / 60.0;
+
+    (void)state;
+    for (int32_t run = 0; run < 24; run++) {
+        double last = INFINITY, kinetic = 0.0, potential, mass = 0.0;
+        perp_world_settings world;
+        gen_random random;
+        scene s;
+
+        gen_seed(&random, (uint64_t)run);
+        assert_int_equal(perp_world_settings_init(&world, sizeof world, 0), PERP_OK);
+        world.accuracy = run % 4;
+        scene_create(&s, &world);
+        scene_plane(&s, s.ground, 0.0, 0.0, 1.0, 0.0, 0.5, 0.0);
+        for (int32_t i = 0; i < 3; i++) {
+            const double y = 0.5 * pow(10.0, gen_uniform(&random, -4.0, -0.3));
+            const double z = 0.5 * pow(10.0, gen_uniform(&random, -4.0, -0.3));
+            perp_body_settings settings = scene_defaults();
+            double length = 0.0;
+
+            for (int32_t k = 0; k < 4; k++) {
+                settings.orientation[k] = gen_normal(&random);
+                length += settings.orientation[k] * settings.orientation[k];
+            }
+            for (int32_t k = 0; k < 4; k++)
+                settings.orientation[k] /= sqrt(length);
+            for (int32_t k = 0; k < 3; k++) {
+                settings.position[k] = k == 2 ? 0.6 + 0.5 * i : gen_uniform(&random, -0.2, 0.2);
+                settings.angular_velocity[k] = 3.0 * gen_normal(&random);
+            }
+            scene_box(&s, scene_add(&s, &settings), 0.5, y, z, 0.5, 0.0);
+            mass += 1000.0 * 8.0 * 0.5 * y * z; /* kg/m^3 by default */
+        }
+        for (int32_t k = 0; k < 150; k++) {
+            SCENE_OK(&s, perp_world_step(s.world, NULL, h));
+            SCENE_OK(&s, perp_world_energy(s.world, &kinetic, &potential));
+            assert_true(kinetic + potential - last <= 2e-5 * (kinetic + 9.81 * mass));
+            last = kinetic + potential;
+        }
+        scene_close(&s);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_bricks_that_tumble),
         cmocka_unit_test(test_dominoes_gain_nothing),
+        cmocka_unit_test(test_needles_gain_nothing),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
