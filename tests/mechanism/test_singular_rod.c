@@ -246,7 +246,8 @@ static void test_release(void **state)
 {
     const approach little = {1.45, 23.4 * MACHINE_PI / 180, 3.2, -9},
                    much = {2.24, 21.7 * MACHINE_PI / 180, 4.36, -7.8},
-                   close = {1.5, 37 * MACHINE_PI / 180, 1.35, -5.9}; /* p = 1.6e-4 is left */
+                   close = {1.5, 37 * MACHINE_PI / 180, 1.35, -5.9}, /* p = 1.6e-4 is left */
+        falls = {1.494, 25.34 * MACHINE_PI / 180, 2.194, -11.63};    /* its load, in a long step */
 
     (void)state;
     check_end(&little, 1e-6, 0);
@@ -254,6 +255,7 @@ static void test_release(void **state)
     check_end(&much, 1e-6, 0);
     check_end(&close, 1e-6, 0);
     check_end(&close, 1e-7, 0);
+    check_end(&falls, 1e-4, 0);
 }
 
 /* N ~ (T - t)^(l/k - 1), with the eigenvalues k = spin dp/dangle and l = -2 A spin sin of the
