@@ -181,7 +181,7 @@ int32_t perp__start_motion(perp_world *world, int32_t body, double h)
         motion->trial[k] = motion->last[k] = motion->start[k];
     }
     motion->enclosed = world->moved[body] = 1; /* in the first round */
-    motion->earliest = motion->spare = INFINITY;
+    motion->spare = INFINITY;
     role->island = -1;
     role->touched = role->jointed = role->swept = role->far = role->put = 0;
     memset(motion->shift, 0, sizeof motion->shift);

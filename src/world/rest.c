@@ -220,7 +220,7 @@ static void find_calm(perp_world *world)
 
         for (int32_t side = 0; side < 2; side++)
             if (perp__is_dynamic(world, bodies[side]) &&
-                (pair->changed || pair->waited ||
+                (pair->changed ||
                  (world->bodies[bodies[1 - side]].awake && !world->roles[bodies[1 - side]].calm)))
                 world->roles[perp__root_of(world->parent, bodies[side])].calm = 0;
     }

@@ -74,7 +74,6 @@ typedef struct perp__pair {
                              goes so far; INFINITY: none */
     int32_t open;         /* the shapes do not touch plainly at the start of the step */
     int32_t joined;       /* how often their points have come */
-    int32_t waited;       /* a collision of theirs has */
     int32_t listed;       /* among the ordered pairs, unless those are to be found anew */
     int32_t made;         /* points at the start of the step */
     int32_t plain;        /* which did not depend on what pressed in the step before */
@@ -206,7 +205,6 @@ typedef struct perp__motion {
     uint64_t placed;  /* world->coasting of the step whose states its shapes are placed by */
     int32_t enclosed; /* the fat boxes hold what it does to the shapes */
     int32_t carrier;  /* number within the island of what moves as it is told; -1: none */
-    double earliest;  /* when it meets something first, in shares of the step */
     double spare;     /* of its pairs with half-spaces */
     perp__verdict verdict;
     double moving[6]; /* twist that moves the positions; of a body that nothing touches, the mean

@@ -192,7 +192,7 @@ static int32_t touch(const perp_world *world, perp__pair *pair, double h, perp__
     if (!pair->same)
         pair->made = perp__touching_points(world, pair, h, far, points);
     pair->open = pair->made == 0;
-    pair->joined = pair->waited = 0;
+    pair->joined = 0;
     pair->late = -1;
     pair->spare = pair->open ? INFINITY : far;
     return pair->made;

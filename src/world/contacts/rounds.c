@@ -10,10 +10,8 @@
 #include "world/collide/collision.h"
 #include "linalg/spatial.h"
 
-/* How often a pair may join; rounds in which doubtful collisions wait for others; and rounds after
- * which what still meets is left to the next step. */
+/* How often a pair may join; and rounds after which what still meets is left to the next step. */
 #define MAX_JOINS 6
-#define PATIENCE 8
 #define MAX_ROUNDS 24
 
 /* The point as seen from the start: arms are those of the collision, the gap is what the motion has
@@ -264,9 +262,8 @@ static void collision_share(perp_world *world, perp__share *share, double h)
     }
 }
 
-/* Collisions of the watched pairs. One near the rim of a face waits if the body meets something
- * before: what stops it there may keep it from this. */
-static perp_status join_collisions(perp_world *world, double h, int32_t waiting)
+/* Collisions of the watched pairs. */
+static perp_status join_collisions(perp_world *world, double h)
 {
     perp_status status = perp__enclose_changes(world, h);
     perp__watched_pair *met;
@@ -290,33 +287,14 @@ static perp_status join_collisions(perp_world *world, double h, int32_t waiting)
         all.count += share->count;
     }
 
-    /* 2. when their bodies meet something first; pairs that have points are part of the motion */
-    for (int32_t i = 0; i < 2 * all.count; i++) {
-        const perp__pair *pair = &world->pairs[met[i / 2].pair];
-        perp__motion *motion = &world->motions[met[i / 2].body[i % 2]];
-
-        if (!has_points(pair))
-            motion->earliest = fmin(motion->earliest, pair->collision.time);
-    }
-
-    /* 3. they join, or wait */
+    /* 2. they join */
     for (int32_t i = 0; i < all.count && status == PERP_OK; i++) {
         perp__pair *pair = &world->pairs[met[i].pair];
-        int32_t waits = 0;
 
-        for (int32_t k = 0; k < 2 && !has_points(pair); k++)
-            waits |= waiting && pair->collision.doubtful && world->rounds < PATIENCE &&
-                     world->bodies[met[i].body[k]].kind == PERP_BODY_DYNAMIC &&
-                     world->motions[met[i].body[k]].earliest < pair->collision.time;
-        if (waits)
-            pair->waited = 1;
-        else
-            status = join_pair(world, pair, h);
-        if (waits || pair->plane) /* again in the next round, whether the motion changes or not */
+        status = join_pair(world, pair, h);
+        if (pair->plane) /* again in the next round, whether the motion changes or not */
             world->moved[met[i].body[0]] = world->rounds + 1;
     }
-    for (int32_t i = 0; i < 2 * all.count; i++)
-        world->motions[met[i / 2].body[i % 2]].earliest = INFINITY;
     return status;
 }
 
@@ -328,7 +306,7 @@ perp_status perp__join_contacts(perp_world *world, double h, double deep, int32_
     if (++world->rounds > MAX_ROUNDS)
         return PERP_OK;
     status = look_for_new_motions(world, h);
-    PERP__THEN(status, join_collisions(world, h, deep == 0.0));
+    PERP__THEN(status, join_collisions(world, h));
     if (status == PERP_OK)
         *came = perp__include_points(world, h, deep);
     return status;
