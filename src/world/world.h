@@ -293,7 +293,8 @@ typedef struct perp__island {
 /* Workspace of one island, large enough for the largest. Numbers: coordinates by body. */
 typedef struct perp__island_work {
     int32_t max_contacts, max_bodies; /* with the units of joints; and what moves as it is told */
-    size_t fitted[2];
+    int32_t max_jointed;              /* bodies of an island with joints, for `before` to `tried` */
+    size_t fitted[3];
     int32_t carriers;                  /* of the latter */
     int32_t count;                     /* contacts that take part in the problem at hand, */
     int32_t *chosen;                   /* by number in the island, */

@@ -43,7 +43,7 @@ perp_status perp__fit_batch(perp_world *world)
         return PERP_ERROR_MEMORY;
     for (int32_t k = 0; k < islands && k < PERP__BATCH_ISLANDS && status == PERP_OK; k++) {
         exchange(world, &world->batch->waiting[k]);
-        status = perp__fit_work(world, contacts, bodies);
+        status = perp__fit_work(world, contacts, bodies, 0);
         exchange(world, &world->batch->waiting[k]);
     }
     return status;

@@ -139,7 +139,7 @@ int32_t perp__goes_freely(const perp_world *world, int32_t body);
 /* Makes the workspace fit the largest island, and those of a batch what may be in one; or as many
  * contacts with joints' units, and bodies with what moves as it is told. */
 perp_status perp__fit_island_work(perp_world *world);
-perp_status perp__fit_work(perp_world *world, int32_t contacts, int32_t bodies);
+perp_status perp__fit_work(perp_world *world, int32_t contacts, int32_t bodies, int32_t jointed);
 /* The coordinates of a twist, and back; C with M^-1 = C C', row-major. */
 void perp__coordinates_of(const perp_world *world, const double *twist, double *x);
 void perp__twist_of(const perp_world *world, const double *x, double *twist);

@@ -13,7 +13,7 @@ static void lay_out(perp__arena *arena, void *object)
     perp_world *world = object;
     perp__island_work *work = &world->work;
     const size_t bodies = (size_t)work->max_bodies, contacts = (size_t)work->max_contacts;
-    const size_t numbers = bodies * (size_t)world->dof;
+    const size_t jointed = (size_t)work->max_jointed, numbers = bodies * (size_t)world->dof;
     const size_t rounds = 1 + (size_t)perp__levels[world->settings.accuracy].rounds;
 
     work->rows = perp__arena_take(arena, contacts, sizeof *work->rows);
@@ -21,10 +21,7 @@ static void lay_out(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, numbers, &work->start, &work->gain, &work->now, &work->drift,
                   &work->moving, &work->free, &work->v, &work->solved, &work->still);
     PERP__INTEGERS(arena, bodies, &work->carrier, &work->members, &work->parts);
-    work->before = perp__arena_take(arena, bodies, sizeof *work->before);
-    work->paths = perp__arena_take(arena, bodies, sizeof *work->paths);
     work->origins = perp__arena_take(arena, 3 * bodies, sizeof(double));
-    work->tried = perp__arena_take(arena, PERP__TRIED * rounds * bodies, sizeof(double));
     PERP__INTEGERS(arena, contacts, &work->chosen, &work->modes);
     PERP__DOUBLES(arena, 3 * contacts, &work->impulse, &work->velocity, &work->warm,
                   &work->solved_rows, &work->turning);
@@ -36,35 +33,42 @@ static void lay_out(perp__arena *arena, void *object)
     work->stand_units = perp__arena_take(arena, contacts, sizeof *work->stand_units);
     work->stand_links = perp__arena_take(arena, 2 * contacts, sizeof *work->stand_links);
     work->forces = perp__arena_take(arena, 7 * bodies, sizeof(double));
+    work->before = perp__arena_take(arena, jointed, sizeof *work->before);
+    work->paths = perp__arena_take(arena, jointed, sizeof *work->paths);
+    work->tried = perp__arena_take(arena, PERP__TRIED * rounds * jointed, sizeof(double));
     work->joint_units = perp__arena_take(arena, contacts, sizeof *work->joint_units);
     work->hit = perp__arena_take(arena, contacts, sizeof(int8_t));
 }
 
-perp_status perp__fit_work(perp_world *world, int32_t contacts, int32_t bodies)
+perp_status perp__fit_work(perp_world *world, int32_t contacts, int32_t bodies, int32_t jointed)
 {
     perp__island_work *work = &world->work;
-    size_t sizes[2];
+    size_t sizes[3];
 
     perp__raise_room(&work->max_contacts, contacts);
     perp__raise_room(&work->max_bodies, bodies < world->body_slots ? bodies : world->body_slots);
+    perp__raise_room(&work->max_jointed, jointed);
     sizes[0] = (size_t)work->max_contacts;
     sizes[1] = (size_t)work->max_bodies;
+    sizes[2] = (size_t)work->max_jointed;
     return perp__arena_fit_sizes(&world->island_arena, world->context, lay_out, world, work->fitted,
-                                 sizes, 2);
+                                 sizes, 3);
 }
 
 /* Room for the largest island, with the carriers that its contacts and joints can have. */
 perp_status perp__fit_island_work(perp_world *world)
 {
-    int32_t contacts = 0, bodies = 0;
+    int32_t contacts = 0, bodies = 0, jointed = 0;
 
     for (int32_t i = 0; i < world->island_count; i++) {
         const perp__island *island = &world->islands[i];
 
         perp__raise_room(&contacts, island->contacts + PERP__JOINT_UNITS * island->joints);
         perp__raise_room(&bodies, island->bodies + island->contacts + island->joints);
+        if (island->joints > 0)
+            perp__raise_room(&jointed, island->bodies);
     }
-    return perp__fit_work(world, contacts, bodies);
+    return perp__fit_work(world, contacts, bodies, jointed);
 }
 
 /* A gap that is not told apart from 0 is 0: rounding of coordinates must not move what rests. */

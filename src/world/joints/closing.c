@@ -136,6 +136,8 @@ perp_status perp__close_island(perp_world *world, const perp__island *island, do
         perp_status status;
 
         perp__pose_positions(world, island, PERP__ROWS_OF_CLOSING, equally);
+        for (int32_t i = 0; i < island->bodies; i++)
+            world->work.before[i] = world->next[world->work.members[i]];
         world->coloured.joints.keeps = keeps;
         status = perp__solve_equations(world, island, held > 0 ? SWEEPS : 1, NULL);
         if (status == PERP_ERROR_MEMORY)

@@ -171,7 +171,6 @@ void perp__pose_positions(perp_world *world, const perp__island *island, perp__r
         double R[9];
 
         work->members[i] = body;
-        work->before[i] = world->next[body];
         perp__rotation_of(world, &world->next[body], R);
         perp__write_factor(world, body, R, work->factors + n * n * i);
         if (equally)
