@@ -9,7 +9,6 @@
 #include "base/outcome.h"
 #include "linalg/matrix.h"
 #include "linalg/spatial.h"
-#include "world/islands/standing.h"
 #include "world/joints/joints.h"
 
 PERP__INIT(perp_world_load)

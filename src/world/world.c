@@ -1,5 +1,4 @@
 /* The life of a world, ids, and the public calls that ask it something. */
-#include "world/islands/standing.h"
 #include "world/step.h"
 
 #include <math.h>
@@ -8,7 +7,6 @@
 #include "base/check.h"
 #include "base/context.h"
 #include "contact/settings.h"
-#include "world/islands/batch.h"
 #include "world/islands/lanes.h"
 #include "world/joints/joints.h"
 

@@ -177,7 +177,7 @@ typedef struct perp__verdict {
     int32_t asked;    /* rows of which it was asked whether they stand, and do not */
     int32_t sketched; /* swept to see what meets, at a level that asks for more */
     int32_t in_vain;  /* all that there is came to no answer in this step, of some part of it */
-    int32_t stands;   /* at rest beside what carries it, decided (islands/standing.h) */
+    int32_t stands;   /* at rest beside what carries it, decided (islands/carried.c) */
     int32_t rides;    /* it stands with the motion of a kinematic body */
     int32_t settles;  /* swept from next to nothing, and yet not found to stand */
     double turn;      /* how far: joints/trial.c */
@@ -430,8 +430,8 @@ struct perp_world {
     perp__rigid_solver *solver;
     perp__coloured coloured;
     perp__budget budget;
-    struct perp__standing *standing; /* islands/standing.h */
-    struct perp__batch *batch;       /* islands/batch.h */
+    struct perp__standing *standing; /* islands/islands.h */
+    struct perp__batch *batch;       /* islands/lanes.h */
     struct perp__tasks *tasks;       /* lanes.h; NULL: all on the caller's thread */
     struct perp__lane *lanes;
     int32_t lane_count;

@@ -17,7 +17,6 @@
  * pile forces make nothing of u_n, as all of it would fall alike. Where it lies on something a_n is
  * what they make of either body there; where it falls nothing ends a bounce but rounding. */
 #include "world/joints/joints.h"
-#include "world/islands/standing.h"
 
 #include <math.h>
 #include <string.h>

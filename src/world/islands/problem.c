@@ -2,7 +2,6 @@
  * part, and what its answer makes of bodies and contacts. Bodies are numbered within the island;
  * after them come carriers, which move as they are told (contact.h). */
 #include "world/joints/joints.h"
-#include "world/islands/contact_rows.h"
 
 #include <string.h>
 

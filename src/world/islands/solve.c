@@ -18,10 +18,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "world/islands/batch.h"
-#include "world/islands/contact_rows.h"
 #include "world/islands/lanes.h"
-#include "world/islands/standing.h"
 
 int32_t perp__goes_freely(const perp_world *world, int32_t body)
 {
