@@ -163,11 +163,7 @@ static perp_status decide(question *q, const perp__island *island)
     perp__find_limits(world, island, 0.0);
     perp__place_joints(world, island, 0.0);
     perp__choose_rows(world, island, NULL);
-    for (int32_t i = 0; i < work->count; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, work->chosen[i]);
-
-        work->rows[i].bias[0] = perp__open_gap(contact, fmax(contact->gap, 0.0)) / q->h;
-    }
+    perp__close_gaps(world, island, q->h);
     perp__time_joints(world, q->h);
     perp__gather_standing(world, island, NULL, 1);
     write_forces(q, island);

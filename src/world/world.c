@@ -99,8 +99,7 @@ static void release(void *object)
 {
     perp_world *world = object;
     perp_context *context = world->context;
-    perp__arena *const arenas[] = {&world->body_arena, &world->shape_arena, &world->order_arena,
-                                   &world->island_arena};
+    perp__arena *const arenas[] = {&world->body_arena, &world->order_arena, &world->island_arena};
     void *const arrays[] = {
         world->standing,      world->bodies,      world->states,        world->clusters,
         world->shapes,        world->joints,      world->joint_states,  world->tree.nodes,

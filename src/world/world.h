@@ -389,7 +389,6 @@ struct perp_world {
     int32_t *body_order;
     perp__island *islands;
     int32_t fitted_bodies, fitted_shapes; /* what there was room for */
-    perp__arena shape_arena;
     perp__placed *placed;
     int32_t *awake_shapes;
     perp__arena order_arena;

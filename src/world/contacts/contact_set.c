@@ -94,7 +94,6 @@ static void tie_bodies(const perp__contact_set *set, int32_t i, int32_t closed)
     set->ties[i] = tie;
 }
 
-/* Appends a point, of which there is room. */
 perp__world_contact *perp__append_contact(const perp_world *world, perp__contact_set *set,
                                           const perp__pair *pair, const perp__point *point)
 {
@@ -112,7 +111,6 @@ static void set_arms(const perp__state *states, perp__world_contact *contact)
     perp__subtract3(contact->arms[1], contact->position, states[contact->body_b].position);
 }
 
-/* Velocities as if nothing touched. */
 void perp__prepare_contact(const perp_world *world, const perp__contact_set *set, int32_t i)
 {
     perp__world_contact *contact = &set->contacts[i];
@@ -147,7 +145,6 @@ static void write_touching(const perp_world *world, int32_t i, const perp__world
     perp__prepare_contact(world, set, i);
 }
 
-/* Appends the points of a pair that are farther apart than `least` at the start of the step. */
 perp_status perp__append_points(perp_world *world, perp__pair *pair, const perp__point *points,
                                 int32_t made, double least)
 {
@@ -166,7 +163,6 @@ perp_status perp__append_points(perp_world *world, perp__pair *pair, const perp_
     return status;
 }
 
-/* How far the motion at hand takes any point of a body. */
 double perp__longest_displacement(const perp_world *world, int32_t body, double h)
 {
     const double *moving = world->motions[body].moving;

@@ -18,6 +18,9 @@
 perp_status perp__enclose_motions(perp_world *world, double h);
 perp_status perp__enclose_changes(perp_world *world, double h);
 perp_status perp__enclose_places(perp_world *world, double ways);
+/* Forces and times near the largest numbers can leave the range of doubles: refuses a body that
+ * did; -1: none. */
+perp_status perp__check_range(const perp_world *world, int32_t body);
 /* Whether the fat boxes of a body hold what a twist makes of it from its state on. */
 int32_t perp__stays_enclosed(const perp_world *world, int32_t body, const double *moving, double h);
 /* Asks memory for what is read soon. Kernels, as calls of what has no effect are left out. */

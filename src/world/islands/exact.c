@@ -50,7 +50,6 @@ static void say_outcome(perp__rigid_answer *answer, double tol)
 
 /* ---- velocities in what the rows that hold leave free (contact.h) ---- */
 
-/* |C^-1 v| of a body: twice its square is the kinetic energy. */
 double perp__mass_norm(const perp_world *world, int32_t body, const double *v)
 {
     double twist[6], own[3], turning[3];
@@ -127,7 +126,6 @@ void perp__find_strengths(const perp_world *world, const perp__island *island, d
             }
 }
 
-/* Velocities in what the rows that hold leave free, where they are an answer as well. */
 perp_status perp__hold_island(perp_world *world, const perp__island *island,
                               perp__rigid_answer *answer, const perp__rigid_problem *problem,
                               double tol)

@@ -191,7 +191,6 @@ double perp__swept_tol(const perp_world *world);
 perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
                              perp__verdict *verdict);
 
-
 /* Velocities in what the rows that hold leave free, where they are an answer to tol as well: then
  * answer->held. */
 perp_status perp__hold_island(perp_world *world, const perp__island *island,
@@ -224,6 +223,8 @@ int32_t perp__lies_on_something(const perp_world *world, const perp__island *isl
  * one with joints the equations hold to rounding; begin_joints() comes first. */
 perp_status perp__sweep_island(perp_world *world, const perp__island *island, double h,
                                perp__verdict *verdict);
+/* Biases of a step of length h: what gaps leave. */
+void perp__close_gaps(perp_world *world, const perp__island *island, double h);
 /* The overlap from which on it is deep: so sweeps of an island take it out of what rests, too. */
 double perp__deep_overlap(const perp__world_contact *contact);
 int32_t perp__is_deep(const perp__world_contact *contact);

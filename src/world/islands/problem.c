@@ -78,7 +78,6 @@ double perp__closed_gap(const perp_world *world, const perp__world_contact *cont
     return fmax(contact->rounding, perp__swept_tol(world) * perp__deep_overlap(contact));
 }
 
-/* The coordinates of a twist. */
 void perp__coordinates_of(const perp_world *world, const double *twist, double *x)
 {
     if (world->dof == 6) {
@@ -146,7 +145,6 @@ int32_t perp__number_of(perp_world *world, const perp__island *island, int32_t b
     return motion->carrier;
 }
 
-/* Bodies and carriers of the island, where they are and how they start. */
 void perp__gather_bodies(perp_world *world, const perp__island *island)
 {
     perp__island_work *work = &world->work;
@@ -236,7 +234,6 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
     perp__add_joint_rows(world, island);
 }
 
-/* The problem of the chosen rows with `free` velocities. */
 void perp__pose_island(perp_world *world, const perp__island *island, perp__rigid_problem *problem)
 {
     perp__island_work *work = &world->work;
@@ -290,7 +287,6 @@ void perp__take_answer(perp_world *world, const perp__island *island)
     perp__add_joint_impulses(world, work->impulse + 3 * work->count, 1.0);
 }
 
-/* The motion of the step: the ways of its intervals over all of it. */
 void perp__mean_motion(perp_world *world, const perp__island *island, double h)
 {
     perp__island_work *work = &world->work;

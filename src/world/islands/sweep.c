@@ -148,8 +148,7 @@ static perp_status bounce(perp_world *world, const perp__island *island, perp__r
     return status;
 }
 
-/* Biases of the step: what gaps leave. */
-static void close_gaps(perp_world *world, const perp__island *island, double h)
+void perp__close_gaps(perp_world *world, const perp__island *island, double h)
 {
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
@@ -333,7 +332,7 @@ static perp_status measure_again(perp_world *world, const perp__island *island, 
 {
     const perp__passes passes = {.h = 1.0, .measures = 1};
 
-    close_gaps(world, island, h);
+    perp__close_gaps(world, island, h);
     memcpy(world->work.warm, world->work.impulse, 3 * (size_t)world->work.units * sizeof(double));
     return perp__coloured_step(&world->coloured, answer, NULL, problem, &passes);
 }
@@ -347,7 +346,7 @@ static void finish(perp_world *world, const perp__island *island, double h, perp
     if (verdict->stands) /* where it is: to lift it would be work */
         memcpy(work->moving, work->v, numbers * sizeof(double));
     else if (verdict->impacts == 0)
-        close_gaps(world, island, h);
+        perp__close_gaps(world, island, h);
     for (int32_t i = 0; i < island->contacts; i++) {
         perp__response *response = perp__step_response(world, island, i);
 
@@ -382,7 +381,7 @@ perp_status perp__begin_sweep(perp_world *world, const perp__island *island, dou
         perp__carried_twist(world, carrying, work->members[i], h,
                             perp__island_motion(world, island, i)->trial);
     pose_rows(world, island, h);
-    close_gaps(world, island, h);
+    perp__close_gaps(world, island, h);
     status = perp__stand(world, island, carrying, verdict);
     if (!verdict->stands && island->joints > 0)
         perp__begin_joints(world, island, h, 0);
@@ -427,7 +426,7 @@ perp_status perp__end_sweep(perp_world *world, const perp__island *island, doubl
         if (island->joints == 0) /* what moves as it is told has its numbers among others */
             perp__gather_bodies(world, island);
         pose_rows(world, island, h);
-        close_gaps(world, island, h);
+        perp__close_gaps(world, island, h);
         status = perp__stand(world, island, &sweeping->carrying, verdict);
     }
     if (status == PERP_OK)

@@ -63,7 +63,6 @@ static void fill_row(perp_world *world, const perp__island *island, const perp__
     }
 }
 
-/* A distance of 0 has no direction. */
 int32_t perp__has_direction(const perp__joint_view *view)
 {
     const double(*row)[6] = view->rows[PERP__JOINT_ROWS];
