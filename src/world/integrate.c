@@ -221,6 +221,6 @@ int32_t perp__integrate(perp_world *world, double h)
     all.end = lanes == 0 ? world->lively_count : 0;
     integrate(world, &all, h);
     for (int32_t k = 0; k < lanes && all.found < 0; k++)
-        all.found = perp__share_of(world, k)->found;
+        all.found = world->lanes[k].share.found;
     return all.found;
 }

@@ -236,7 +236,7 @@ static perp_status gather_shares(perp_world *world, int32_t lanes, double h)
     perp_status status = PERP_OK;
 
     for (int32_t k = 0; k < lanes && status == PERP_OK; k++) {
-        perp__share *share = perp__share_of(world, k);
+        perp__share *share = &world->lanes[k].share;
 
         status = share->status;
         share->contact = count;

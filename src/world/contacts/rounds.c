@@ -364,7 +364,7 @@ static perp_status join_collisions(perp_world *world, double h, int32_t waiting)
     all.end = lanes == 0 ? world->watched_count : 0;
     collision_share(world, &all, h);
     for (int32_t k = 0; k < lanes; k++) {
-        const perp__share *share = perp__share_of(world, k);
+        const perp__share *share = &world->lanes[k].share;
 
         memmove(met + all.count, met + share->first, (size_t)share->count * sizeof *met);
         all.count += share->count;

@@ -174,8 +174,6 @@ void perp__pose_island(perp_world *world, const perp__island *island, perp__rigi
 void perp__receive(perp_world *world, perp__rigid_answer *answer);
 /* Adds the impulses of the answer, and takes its modes. */
 void perp__take_answer(perp_world *world, const perp__island *island);
-/* work.moving := the way so far over h. */
-void perp__mean_motion(perp_world *world, const perp__island *island, double h);
 /* The twists of the island's bodies, from work.moving and work.now. */
 void perp__write_twists(perp_world *world, const perp__island *island);
 /* Relative velocities of the contacts solved, after the step. What a contact holds is exact: its
@@ -228,10 +226,10 @@ void perp__close_gaps(perp_world *world, const perp__island *island, double h);
 /* The overlap from which on it is deep: so sweeps of an island take it out of what rests, too. */
 double perp__deep_overlap(const perp__world_contact *contact);
 int32_t perp__is_deep(const perp__world_contact *contact);
-/* Whether an exact solution costs no more than sweeps, or nothing less will do; and whether it is
- * worth it where sweeps have not come to an answer. */
+/* Whether an exact solution costs no more than sweeps, or nothing less will do; and whether an
+ * island has so many contacts at most: a joint is as many rows as two. */
 int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island);
-int32_t perp__is_worth_both(const perp_world *world, const perp__island *island);
+int32_t perp__is_few(const perp_world *world, const perp__island *island, int32_t most);
 
 /* carried.c, standing.c: what can rest, rests (perp/statics.h): an island whose bodies have the
  * motion of what carries them keeps it where impulses within all cones make the forces do that. */

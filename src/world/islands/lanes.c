@@ -186,11 +186,6 @@ static void work_on_share(int32_t k, void *data)
     at->work(at->world, &at->world->lanes[k].share, at->h);
 }
 
-perp__share *perp__share_of(const perp_world *world, int32_t lane)
-{
-    return &world->lanes[lane].share;
-}
-
 int32_t perp__share_out(perp_world *world, int32_t count, perp__range work, double h)
 {
     job at = {world, h, work};

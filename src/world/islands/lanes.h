@@ -44,7 +44,6 @@ perp_status perp__solve_in_lanes(perp_world *world, double h, int32_t *last);
  * many, or 0 without having done anything where it is not worth it. The shares stay. */
 typedef void (*perp__range)(perp_world *world, perp__share *share, double h);
 int32_t perp__share_out(perp_world *world, int32_t count, perp__range work, double h);
-perp__share *perp__share_of(const perp_world *world, int32_t lane);
 
 /* Islands that are swept side by side: one alone fills few of the lanes. Each is posed in a
  * workspace of its own, and has the bits that it has alone. */

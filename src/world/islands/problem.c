@@ -287,14 +287,6 @@ void perp__take_answer(perp_world *world, const perp__island *island)
     perp__add_joint_impulses(world, work->impulse + 3 * work->count, 1.0);
 }
 
-void perp__mean_motion(perp_world *world, const perp__island *island, double h)
-{
-    perp__island_work *work = &world->work;
-
-    for (int32_t i = 0; i < world->dof * island->bodies; i++)
-        work->moving[i] = work->drift[i] / h;
-}
-
 void perp__write_velocities(perp_world *world, const perp__island *island)
 {
     const perp__island_work *work = &world->work;

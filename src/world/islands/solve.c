@@ -90,7 +90,7 @@ static perp_status keep_sweep(perp_world *world, const perp__island *island, dou
 {
     verdict->sketched =
         !verdict->stands &&
-        (perp__is_sketch(world) || (perp__is_worth_both(world, island) &&
+        (perp__is_sketch(world) || (perp__is_few(world, island, perp__level_of(world)->few) &&
                                     (!perp__is_good(verdict->outcome) || verdict->settles)));
     if (world->sketches || !verdict->sketched)
         return PERP_OK;

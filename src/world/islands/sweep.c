@@ -59,8 +59,7 @@ double perp__swept_tol(const perp_world *world)
                : perp__level_of(world)->tol;
 }
 
-/* A joint is as many rows as two contacts. */
-static int32_t is_few(const perp_world *world, const perp__island *island, int32_t most)
+int32_t perp__is_few(const perp_world *world, const perp__island *island, int32_t most)
 {
     return island->contacts + 2 * island->joints <= most * (world->settings.planar ? 4 : 1);
 }
@@ -83,14 +82,9 @@ int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island
     return (settings->accuracy == PERP_ACCURACY_EXACT && !world->sketches &&
             !perp__is_time_over(world)) ||
            (settings->cone != 0 && !settings->planar) || island->contacts == 0 ||
-           ((island->bodies <= FEW_BODIES || is_few(world, island, PERP__FEW_CONTACTS)) &&
+           ((island->bodies <= FEW_BODIES || perp__is_few(world, island, PERP__FEW_CONTACTS)) &&
             !sweeps_few(world, island)) ||
            (island->joints == 0 && mass_ratio(world, island, 1) >= LARGE_RATIO);
-}
-
-int32_t perp__is_worth_both(const perp_world *world, const perp__island *island)
-{
-    return is_few(world, island, perp__level_of(world)->few);
 }
 
 /* Contacts with restitution that pressed and had come faster than what the forces make. */
