@@ -261,9 +261,7 @@ static perp_status add_spare(perp_world *world, int32_t body)
     return status;
 }
 
-/* Motions that the islands changed: all others are what they were. One that goes nowhere that the
- * one before did not, but for what is less than rounding of where points of the body are, is
- * covered by what covers that. */
+/* Motions that the islands changed: all others are what they were. */
 static perp_status look_for_new_motions(perp_world *world, double h)
 {
     perp_status status = PERP_OK;
@@ -271,22 +269,11 @@ static perp_status look_for_new_motions(perp_world *world, double h)
     for (int32_t i = perp__count_members(world); i-- > 0 && status == PERP_OK;) {
         const int32_t body = world->body_order[i];
         perp__motion *motion = &world->motions[body];
-        const double *moving = motion->moving, *before = motion->tried;
-        int32_t covered = 1;
 
-        if (memcmp(before, moving, sizeof motion->tried) == 0)
+        if (memcmp(motion->tried, motion->moving, sizeof motion->tried) == 0)
             continue;
-        for (int32_t k = 0; k < 6; k++) {
-            const double low = before[k] < 0.0 ? before[k] : 0.0, high = before[k] - low;
-            const double size = k < 3 ? world->bodies[body].radius : 1.0;
-
-            covered = covered && ((moving[k] >= low && moving[k] <= high) ||
-                                  h * fabs(moving[k]) <= 0.5 * DBL_EPSILON * size);
-        }
-        memcpy(motion->tried, moving, sizeof motion->tried);
+        memcpy(motion->tried, motion->moving, sizeof motion->tried);
         world->moved[body] = world->rounds;
-        if (covered)
-            continue;
         motion->enclosed = 0;
         if (!(perp__longest_displacement(world, body, h) < motion->spare))
             status = add_spare(world, body);
