@@ -138,7 +138,6 @@ static int32_t commit(perp_world *world, int32_t included)
     world->last = world->contacts;
     world->last_included = included;
     world->contacts = last;
-    world->contacts.stands = 1;
     world->recorded = 0;
     world->stats.steps++;
     return repeat;

@@ -82,8 +82,7 @@ typedef struct perp__pair {
     int32_t same;         /* points are those of the last step: its contacts from the first on, */
     uint64_t steps;       /* after so many steps; */
     int32_t first_now;    /* its first one of this step, */
-    int32_t first_last;   /* of the last, */
-    int32_t first_before; /* of the one before, if they were the same as well; -1 */
+    int32_t first_last;   /* and of the last */
     int32_t late, latest; /* contacts that came after the first round: a list; -1: none */
     int32_t first_memory; /* impulses of the last step, see perp__remember */
     int32_t memories;
@@ -277,7 +276,6 @@ typedef struct perp__contact_set {
     int32_t included; /* of the step's: how many are, */
     int32_t rubbing;  /* of them, with friction, */
     int32_t early;    /* and how many came in the first round */
-    int32_t stands;   /* contacts beyond `count` are those of the step before the last */
     int32_t count;
     int32_t capacity;
 } perp__contact_set;

@@ -35,7 +35,6 @@ perp_status perp__reserve_contacts(perp_world *world, perp__contact_set *set, in
 
     if (needed <= set->capacity)
         return PERP_OK;
-    set->stands = 0;
     status = perp__reserve_memories(world, needed);
     if (status == PERP_OK && set == &world->contacts)
         status = grow(world, &world->last, needed);
@@ -297,7 +296,6 @@ perp_status perp__find_contacts(perp_world *world, double h)
         status = touch_all(world, h);
         if (status == PERP_OK && world->some_put && !world->awake_changed)
             perp__find_put(world);
-        world->contacts.stands = 0;
     }
     return status;
 }

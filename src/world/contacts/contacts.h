@@ -172,7 +172,7 @@ void perp__find_memories(perp_world *world);
 /* Which bodies are, with all that is near them, what they were when the last step began. */
 void perp__note_settled(perp_world *world);
 /* Whether the points of a pair are, to the last bit, those that it had then: pair->made; and
- * contact i of the step := point k of them, most of which may stand there already. */
+ * contact i of the step := point k of them. */
 int32_t perp__stays_same(const perp_world *world, const perp__pair *pair);
 void perp__repeat_contact(const perp_world *world, const perp__pair *pair, int32_t k, int32_t i);
 /* Keeps the impulses of the step's contacts for the next step's `warm`. */

@@ -129,8 +129,7 @@ void perp__repeat_contact(const perp_world *world, const perp__pair *pair, int32
         perp__fetch(&set->responses[i + PERP__FETCHED_AHEAD], sizeof *set->responses);
     if (from + PERP__FETCHED_AHEAD < last->capacity)
         perp__fetch(last->responses[from + PERP__FETCHED_AHEAD].next, sizeof last->responses->next);
-    if (!set->stands || i != pair->first_before + k)
-        set->contacts[i] = last->contacts[from];
+    set->contacts[i] = last->contacts[from];
     memset(response, 0, sizeof *response);
     response->later = -1;
     perp__copy3(response->warm, last->responses[from].next); /* what it left to its memory */
@@ -225,7 +224,6 @@ void perp__remember(perp_world *world)
         pair->had_first = pair->first_memory;
         pair->had = pair->memories;
         pair->first_memory = count;
-        pair->first_before = pair->same ? pair->first_last : -1;
         pair->first_last = pair->first_now;
         pair->steps = world->coasting;
         for (int32_t k = 0; k < pair->made; k++)
