@@ -97,14 +97,6 @@ typedef struct perp__pair {
     perp__collision collision;
 } perp__pair;
 
-/* One of them that may meet, or turn deeper into each other, as rounds go through it: with all that
- * most rounds read of it. */
-typedef struct perp__watched_pair {
-    int32_t pair, body[2];
-    double apart[3], lead; /* of the pair's collision */
-    double reach[2];
-} perp__watched_pair;
-
 /* What a contact point was given in the last step, along the axes that come with its normal. */
 typedef struct perp__memory {
     int32_t first; /* the shapes' slots */
@@ -403,13 +395,12 @@ struct perp_world {
     int32_t pair_slots;
     int32_t pair_capacity;
     int32_t free_pair;
-    int32_t pair_count;                /* of what is awake */
-    perp__keyed *pair_order;           /* these, by their shapes; as much again for sorting */
-    int32_t pairs_added;               /* since they were sorted: so many in the second half; */
-    int32_t pairs_changed;             /* others ended; 2: all may be others */
-    perp__watched_pair *watched_pairs; /* in their order; as much again for those that meet */
-    int32_t watched_count;             /* -1: to be listed */
-    perp__memory *memories;            /* pair by pair */
+    int32_t pair_count;      /* of what is awake */
+    perp__keyed *pair_order; /* these, by their shapes; as much again for sorting */
+    int32_t pairs_added;     /* since they were sorted: so many in the second half; */
+    int32_t pairs_changed;   /* others ended; 2: all may be others */
+    int32_t *met_pairs;      /* those that meet in a round */
+    perp__memory *memories;  /* pair by pair */
     perp__memory *next_memories;
     int32_t memory_count;
     int32_t memory_capacity;

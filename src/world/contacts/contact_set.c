@@ -291,7 +291,6 @@ perp_status perp__find_contacts(perp_world *world, double h)
     status = perp__enclose_motions(world, h);
     if (status == PERP_OK) {
         perp__find_memories(world);
-        world->watched_count = -1;
         perp__note_settled(world);
         status = touch_all(world, h);
         if (status == PERP_OK && world->some_put && !world->awake_changed)

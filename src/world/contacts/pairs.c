@@ -103,7 +103,7 @@ static int32_t can_touch(const perp_world *world, int32_t a, int32_t b)
 static perp_status add_pair(perp_world *world, int32_t a, int32_t b)
 {
     const perp__growing arrays[] = {PERP__GROWING(world->pair_order, 0, 2),
-                                    PERP__GROWING(world->watched_pairs, 0, 2),
+                                    PERP__GROWING(world->met_pairs, 0, 1),
                                     PERP__GROWING(world->pairs, world->pair_slots, 1)};
     perp_status status = PERP_OK;
     int32_t number = world->free_pair;
@@ -222,8 +222,6 @@ static void order_pairs(perp_world *world)
             order[--to] = old > 0 && order[old - 1].key > added[count - 1].key ? order[--old]
                                                                                : added[--count];
     }
-    if (world->pairs_changed)
-        world->watched_count = -1;
     world->pairs_changed = world->pairs_added = 0;
 }
 

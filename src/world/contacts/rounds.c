@@ -281,74 +281,52 @@ static perp_status look_for_new_motions(perp_world *world, double h)
     return status;
 }
 
-/* Those that may meet, or be turned deeper into each other, in the order of all pairs. */
-static void list_watched(perp_world *world)
-{
-    world->watched_count = 0;
-    for (int32_t i = 0; i < world->pair_count; i++) {
-        const perp__pair *pair = perp__ordered_pair(world, i);
-        perp__watched_pair *open = &world->watched_pairs[world->watched_count];
-
-        open->pair = world->pair_order[i].value;
-        for (int32_t side = 0; side < 2; side++) {
-            open->body[side] = pair->body[side];
-            open->reach[side] = pair->reach[side];
-        }
-        open->lead = pair->collision.lead;
-        perp__copy3(open->apart, pair->collision.apart);
-        world->watched_count += pair->open || pair->reach[0] > 0.0 || pair->reach[1] > 0.0;
-    }
-}
-
-/* Which of them meet, or sink into each other, of bodies whose motion is not the one that was
- * looked at last: listed behind all, as far behind as the share begins. */
+/* Pairs that meet, or sink into each other, of bodies whose motion is not the one that was looked
+ * at last: listed from where the share begins. */
 static void collision_share(perp_world *world, perp__share *share, double h)
 {
-    perp__watched_pair *listed = world->watched_pairs + world->pair_capacity + share->first;
+    int32_t *met = world->met_pairs + share->first;
 
     share->count = 0;
     for (int32_t i = share->first; i < share->end; i++) {
-        perp__watched_pair *open = &world->watched_pairs[i];
-        perp__pair *pair = &world->pairs[open->pair];
-        const double *from = world->motions[open->body[0]].moving;
-        const double *to = world->motions[open->body[1]].moving;
+        perp__pair *pair = perp__ordered_head(world, i);
+        const double *from = world->motions[pair->body[0]].moving;
+        const double *to = world->motions[pair->body[1]].moving;
         double displacement[3], turning;
 
-        /* what moves as it did, and what the plane found before still keeps apart */
-        if (world->moved[open->body[0]] < world->rounds &&
-            world->moved[open->body[1]] < world->rounds)
+        /* what moves as it did, or turns nothing, and what the plane found before keeps apart */
+        if ((world->moved[pair->body[0]] < world->rounds &&
+             world->moved[pair->body[1]] < world->rounds) ||
+            !(pair->open || pair->reach[0] > 0.0 || pair->reach[1] > 0.0))
             continue;
         for (int32_t k = 0; k < 3; k++)
             displacement[k] = h * to[k] - h * from[k];
-        turning = perp__turning(world, open->body[0], open->reach[0], h) +
-                  perp__turning(world, open->body[1], open->reach[1], h);
+        turning = perp__turning(world, pair->body[0], pair->reach[0], h) +
+                  perp__turning(world, pair->body[1], pair->reach[1], h);
         if (pair->joined >= MAX_JOINS ||
-            perp__stay_apart(open->apart, open->lead, displacement, turning))
+            perp__stay_apart(pair->collision.apart, pair->collision.lead, displacement, turning))
             continue;
         if (has_points(pair) ? perp__pair_sinks(world, pair, h)
                              : perp__pair_collides(world, pair, h))
-            listed[share->count++] = *open;
+            met[share->count++] = world->pair_order[i].value;
     }
 }
 
-/* Collisions of the watched pairs. One near the rim of a face waits if the body meets something
+/* Collisions of pairs. One near the rim of a face waits if the body meets something
  * before: what stops it there may keep it from this. */
 static perp_status join_collisions(perp_world *world, double h, int32_t waiting)
 {
     perp_status status = perp__enclose_changes(world, h);
-    perp__watched_pair *met;
+    int32_t *const met = world->met_pairs;
     perp__share all = {0};
     int32_t lanes;
 
     if (status != PERP_OK || world->pair_count == 0)
         return status;
 
-    /* 1. those that meet, listed behind the others */
-    if (world->watched_count < 0)
-        list_watched(world);
-    met = world->watched_pairs + world->pair_capacity;
-    lanes = perp__share_out(world, world->watched_count, collision_share, h);
-    all.end = lanes == 0 ? world->watched_count : 0;
+    /* 1. those that meet */
+    lanes = perp__share_out(world, world->pair_count, collision_share, h);
+    all.end = lanes == 0 ? world->pair_count : 0;
     collision_share(world, &all, h);
     for (int32_t k = 0; k < lanes; k++) {
         const perp__share *share = &world->lanes[k].share;
@@ -359,8 +337,8 @@ static perp_status join_collisions(perp_world *world, double h, int32_t waiting)
 
     /* 2. when their bodies meet something first; pairs that have points are part of the motion */
     for (int32_t i = 0; i < 2 * all.count; i++) {
-        const perp__pair *pair = &world->pairs[met[i / 2].pair];
-        perp__motion *motion = &world->motions[met[i / 2].body[i % 2]];
+        const perp__pair *pair = &world->pairs[met[i / 2]];
+        perp__motion *motion = &world->motions[pair->body[i % 2]];
 
         if (!has_points(pair))
             motion->earliest = fmin(motion->earliest, pair->collision.time);
@@ -368,22 +346,22 @@ static perp_status join_collisions(perp_world *world, double h, int32_t waiting)
 
     /* 3. they join, or wait */
     for (int32_t i = 0; i < all.count && status == PERP_OK; i++) {
-        perp__pair *pair = &world->pairs[met[i].pair];
+        perp__pair *pair = &world->pairs[met[i]];
         int32_t waits = 0;
 
         for (int32_t k = 0; k < 2 && !has_points(pair); k++)
             waits |= waiting && pair->collision.doubtful && world->rounds < PATIENCE &&
-                     world->bodies[met[i].body[k]].kind == PERP_BODY_DYNAMIC &&
-                     world->motions[met[i].body[k]].earliest < pair->collision.time;
+                     world->bodies[pair->body[k]].kind == PERP_BODY_DYNAMIC &&
+                     world->motions[pair->body[k]].earliest < pair->collision.time;
         if (waits)
             pair->waited = 1;
         else
             status = join_pair(world, pair, h);
         if (waits || pair->plane) /* again in the next round, whether the motion changes or not */
-            world->moved[met[i].body[0]] = world->rounds + 1;
+            world->moved[pair->body[0]] = world->rounds + 1;
     }
     for (int32_t i = 0; i < 2 * all.count; i++)
-        world->motions[met[i / 2].body[i % 2]].earliest = INFINITY;
+        world->motions[world->pairs[met[i / 2]].body[i % 2]].earliest = INFINITY;
     return status;
 }
 
