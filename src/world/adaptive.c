@@ -5,11 +5,7 @@
  * than `error` in one, which locates the event. Nothing is remembered from call to call. */
 #include "world/step.h"
 
-#include <math.h>
-#include <string.h>
-
 #include "base/context.h"
-#include "linalg/spatial.h"
 #include "step/length.h"
 
 #define SHORTEST 0x1p-30 /* of dt */

@@ -1,13 +1,8 @@
 /* Bodies: adding, removing, reading and replacing what changes in time. */
 #include "world/joints/joints.h"
 
-#include <math.h>
-#include <string.h>
-
-#include "base/arena.h"
 #include "base/check.h"
 #include "base/context.h"
-#include "linalg/spatial.h"
 
 #define UNIT_TOLERANCE 1e-6
 

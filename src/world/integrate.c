@@ -7,10 +7,6 @@
  * space is what it was, plus the torque's. */
 #include "world/islands/lanes.h"
 
-#include <string.h>
-
-#include "linalg/spatial.h"
-
 /* q+ = exp(turn) q, turn in the world frame; 0 leaves every bit. */
 void perp__turn(const perp_world *world, perp__state *state, const double *turn)
 {

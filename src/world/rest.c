@@ -9,10 +9,7 @@
  * Budgets of iterations are shared by a whole step, so that nothing is alone: none sleeps then. */
 #include "world/joints/joints.h"
 
-#include <string.h>
-
 #include "base/groups.h"
-#include "base/arena.h"
 
 enum { NONE = -1 };
 

@@ -1,14 +1,9 @@
 /* perp_world_statics: the question of perp/statics.h about a world as it is. Contacts are those
  * that a step would find that is so short that nothing moves visibly; the step is not taken. */
-#include <math.h>
-#include <string.h>
-
 #include "base/check.h"
 #include "base/clock.h"
 #include "base/context.h"
-#include "base/outcome.h"
 #include "linalg/matrix.h"
-#include "linalg/spatial.h"
 #include "world/joints/joints.h"
 
 PERP__INIT(perp_world_load)

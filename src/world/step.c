@@ -1,8 +1,6 @@
 /* One step, phase by phase; see world.h. Nothing that a caller can see changes before commit(). */
 #include "world/joints/joints.h"
 
-#include <string.h>
-
 #include "base/clock.h"
 #include "base/context.h"
 

@@ -1,9 +1,4 @@
 /* The life of a world, ids, and the public calls that ask it something. */
-#include "world/step.h"
-
-#include <math.h>
-#include <string.h>
-
 #include "base/check.h"
 #include "base/context.h"
 #include "contact/settings.h"

@@ -10,13 +10,7 @@
  */
 #include "world/islands/lanes.h"
 
-#include <stddef.h>
-#include <string.h>
-
-#include "base/arena.h"
 #include "base/context.h"
-#include "linalg/spatial.h"
-#include "world/step.h"
 
 static perp_status grow(perp_world *world, perp__contact_set *set, int32_t needed)
 {

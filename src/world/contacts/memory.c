@@ -4,10 +4,6 @@
  * near them and might cover what they meet with. */
 #include "world/step.h"
 
-#include <string.h>
-
-#include "base/arena.h"
-#include "linalg/spatial.h"
 #include "base/context.h"
 
 perp_status perp__reserve_memories(perp_world *world, int32_t count)

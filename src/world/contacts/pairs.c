@@ -8,12 +8,7 @@
  * does not depend on how they came about. */
 #include "world/joints/joints.h"
 
-#include <stddef.h>
-#include <string.h>
-
-#include "base/arena.h"
 #include "base/context.h"
-#include "linalg/spatial.h"
 
 enum { NONE = -1 };
 

@@ -3,11 +3,7 @@
  * a half-space. Only bodies whose motion the last round changed are looked at. */
 #include "world/islands/lanes.h"
 
-#include <math.h>
-#include <string.h>
-
 #include "world/collide/collision.h"
-#include "linalg/spatial.h"
 
 /* How often a pair may join; rounds in which doubtful collisions wait for others; and rounds after
  * which what still meets is left to the next step. */

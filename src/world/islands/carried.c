@@ -1,11 +1,5 @@
 /* What carries an island, and whether it lies with that motion still: whether the impulses of the
  * last step, as they are, balance what forces do in this one. */
-
-#include <math.h>
-#include <string.h>
-
-#include "base/outcome.h"
-#include "linalg/spatial.h"
 #include "world/joints/joints.h"
 
 /* ---- what carries an island ---- */

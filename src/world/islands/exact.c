@@ -2,11 +2,7 @@
  * budget goes. */
 #include "world/joints/joints.h"
 
-#include <math.h>
-#include <string.h>
-
 #include "base/context.h"
-#include "linalg/spatial.h"
 
 /* What is solved to tol is so to this, where the caller says nothing; and what the methods are
  * asked for beside it: they come to rounding nearly always, and then so does a brick at its

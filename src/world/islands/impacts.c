@@ -18,10 +18,6 @@
  * what they make of either body there; where it falls nothing ends a bounce but rounding. */
 #include "world/joints/joints.h"
 
-#include <math.h>
-#include <string.h>
-
-#include "linalg/spatial.h"
 #include "linalg/matrix.h"
 #include "step/impact.h"
 

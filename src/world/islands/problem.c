@@ -3,10 +3,6 @@
  * after them come carriers, which move as they are told (contact.h). */
 #include "world/joints/joints.h"
 
-#include <string.h>
-
-#include "linalg/spatial.h"
-
 static void lay_out(perp__arena *arena, void *object)
 {
     perp_world *world = object;

@@ -15,9 +15,6 @@
  * One with impacts is cut there (impacts.c). */
 #include "world/joints/joints.h"
 
-#include <math.h>
-#include <string.h>
-
 #include "world/islands/lanes.h"
 
 int32_t perp__goes_freely(const perp_world *world, int32_t body)

@@ -2,13 +2,9 @@
  * islands that are large. */
 #include "world/islands/lanes.h"
 
-#include <math.h>
-#include <string.h>
-
 #include "step/impact.h"
 #include "world/joints/joints.h"
 #include "base/clock.h"
-#include "world/step.h"
 
 /* The heaviest body of an island over its lightest from which on sweeps get nowhere. */
 #define LARGE_RATIO 1e3

@@ -5,11 +5,8 @@
 #include "world/joints/joints.h"
 
 #include <float.h>
-#include <math.h>
-#include <string.h>
 
 #include "base/groups.h"
-#include "linalg/spatial.h"
 
 /* Joints are out of place by less than this angle, below which two directions are one. Rows that
  * repeat others, as those of hinges in a loop do, come near to them by that times the number of

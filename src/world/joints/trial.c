@@ -19,11 +19,8 @@
 #include "world/joints/joints.h"
 
 #include <float.h>
-#include <math.h>
-#include <string.h>
 
 #include "linalg/matrix.h"
-#include "linalg/spatial.h"
 
 /* Change of the motion, in radians and sizes, that ends rounds of what swings, to keep its energy;
  * of other motions, known to the exact tol, that is enough. */
