@@ -203,7 +203,7 @@ static void find_calm(perp_world *world)
     for (int32_t i = 0; i < world->awake_count; i++)
         world->parent[world->awake[i]] = world->awake[i];
     for (int32_t i = 0; i < world->pair_count; i++) {
-        const perp__pair *pair = perp__ordered_head(world, i);
+        const perp__pair *pair = perp__ordered_pair(world, i);
         const int32_t a = pair->body[0], b = pair->body[1];
 
         if (perp__is_dynamic(world, a) && perp__is_dynamic(world, b))
@@ -220,7 +220,7 @@ static void find_calm(perp_world *world)
     }
     perp__upset_joints(world);
     for (int32_t i = 0; i < world->pair_count; i++) {
-        const perp__pair *pair = perp__ordered_head(world, i);
+        const perp__pair *pair = perp__ordered_pair(world, i);
         const int32_t *bodies = pair->body;
 
         for (int32_t side = 0; side < 2; side++)

@@ -34,21 +34,13 @@ PERP__KERNEL static void perp__fetch(const void *from, size_t bytes)
     (void)bytes;
 #endif
 }
-/* Pair i of what is gone through in order, and which is asked of memory meanwhile: all of it, or
- * as far as the steps. */
-PERP__KERNEL static perp__pair *perp__pair_and(const perp_world *world, int32_t i, size_t bytes)
+/* Pair i of what is gone through in order; one after it is asked of memory meanwhile. */
+PERP__KERNEL static perp__pair *perp__ordered_pair(const perp_world *world, int32_t i)
 {
     if (i + PERP__FETCHED_AHEAD < world->pair_count)
-        perp__fetch(&world->pairs[world->pair_order[i + PERP__FETCHED_AHEAD].value], bytes);
+        perp__fetch(&world->pairs[world->pair_order[i + PERP__FETCHED_AHEAD].value],
+                    sizeof *world->pairs);
     return &world->pairs[world->pair_order[i].value];
-}
-static inline perp__pair *perp__ordered_pair(const perp_world *world, int32_t i)
-{
-    return perp__pair_and(world, i, sizeof *world->pairs);
-}
-static inline perp__pair *perp__ordered_head(const perp_world *world, int32_t i)
-{
-    return perp__pair_and(world, i, offsetof(perp__pair, steps));
 }
 /* Whether the body's next state is the one at hand. */
 static inline int32_t perp__stays(const perp_world *world, int32_t body)

@@ -90,7 +90,7 @@ void perp__note_settled(perp_world *world)
     for (int32_t i = 0; i < world->awake_count && world->settled > 0; i++)
         world->roles[world->awake[i]].calm = world->roles[world->awake[i]].repeats;
     for (int32_t i = 0; i < world->pair_count && world->settled > 0; i++) {
-        const perp__pair *pair = perp__ordered_head(world, i);
+        const perp__pair *pair = perp__ordered_pair(world, i);
         perp__role *a = &world->roles[pair->body[0]], *b = &world->roles[pair->body[1]];
 
         a->calm = a->calm && b->repeats;

@@ -285,7 +285,7 @@ static void collision_share(perp_world *world, perp__share *share, double h)
 
     share->count = 0;
     for (int32_t i = share->first; i < share->end; i++) {
-        perp__pair *pair = perp__ordered_head(world, i);
+        perp__pair *pair = perp__ordered_pair(world, i);
         const double *from = world->motions[pair->body[0]].moving;
         const double *to = world->motions[pair->body[1]].moving;
         double displacement[3], turning;
