@@ -175,6 +175,23 @@ static int32_t has_deep(const perp_world *world, const perp__island *island)
     return 0;
 }
 
+/* Whether the step moves its bodies by less than the rounding of where their points are. */
+static int32_t goes_nowhere(const perp_world *world, const perp__island *island, double h)
+{
+    const perp__island_work *work = &world->work;
+
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const double radius = world->bodies[work->members[i]].radius;
+        double twist[6];
+
+        perp__twist_of(world, work->moving + world->dof * i, twist);
+        if (!(h * (perp__length3(twist) + radius * perp__length3(twist + 3)) <=
+              DBL_EPSILON * radius))
+            return 0;
+    }
+    return 1;
+}
+
 /* ---- energy ----
  *
  * Impulses that passes have not brought to an answer, and ways out of overlap, may give energy.
@@ -339,23 +356,23 @@ perp_status perp__begin_sweep(perp_world *world, const perp__island *island, dou
                               perp__verdict *verdict, perp__sweeping *sweeping)
 {
     perp__island_work *work = &world->work;
-    perp__carrying carrying;
+    perp__carrying *carrying = &sweeping->carrying;
     perp_status status = PERP_OK;
 
     perp__gather_bodies(world, island);
     work->gone = 0.0;
     perp__find_limits(world, island, h);
     perp__receive(world, &sweeping->answer);
-    sweeping->carried = perp__begins_standing(world, island, 0, &carrying) ||
-                        perp__begins_standing(world, island, 1, &carrying);
+    sweeping->carried = perp__begins_standing(world, island, 0, carrying) ||
+                        perp__begins_standing(world, island, 1, carrying);
     if (!sweeping->carried || has_deep(world, island))
         return PERP_OK;
     for (int32_t i = 0; i < island->bodies; i++)
-        perp__carried_twist(world, &carrying, work->members[i], h,
+        perp__carried_twist(world, carrying, work->members[i], h,
                             perp__island_motion(world, island, i)->trial);
     pose_rows(world, island, h);
     perp__close_gaps(world, island, h);
-    status = perp__stand(world, island, &carrying, verdict);
+    status = perp__stand(world, island, carrying, verdict);
     if (!verdict->stands && island->joints > 0)
         perp__begin_joints(world, island, h, 0);
     return status;
@@ -387,9 +404,21 @@ static perp_status follow_sweep(perp_world *world, const perp__island *island, d
 perp_status perp__end_sweep(perp_world *world, const perp__island *island, double h,
                             perp__verdict *verdict, perp__sweeping *sweeping)
 {
-    const perp_status status =
-        verdict->stands ? PERP_OK : follow_sweep(world, island, h, verdict, sweeping);
+    const int32_t stood = verdict->stands;
+    perp_status status = stood ? PERP_OK : follow_sweep(world, island, h, verdict, sweeping);
 
+    if (status == PERP_OK && !stood && sweeping->carried && goes_nowhere(world, island, h)) {
+        if (island->joints == 0) /* overlap that no energy is left for stays */
+            status = perp__lie_still(world, island, 0, verdict);
+        verdict->swept = 1; /* and no projection lifts it either */
+        if (status != PERP_OK || verdict->stands)
+            return status;
+        if (island->joints == 0) /* what moves as it is told has its numbers among others */
+            perp__gather_bodies(world, island);
+        pose_rows(world, island, h);
+        perp__close_gaps(world, island, h);
+        status = perp__stand(world, island, &sweeping->carrying, verdict);
+    }
     if (status == PERP_OK)
         finish(world, island, h, verdict);
     return status;
