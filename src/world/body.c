@@ -6,8 +6,8 @@
 
 #define UNIT_TOLERANCE 1e-6
 
-/* A state begins with the numbers of perp_body_state, and these with those of perp_body_settings, in
- * one order (tests/abi). */
+/* A state begins with the numbers of perp_body_state, and these with those of perp_body_settings,
+ * in one order (tests/abi). */
 #define NUMBERS_OF(type, object) ((char *)(object) + offsetof(type, position))
 
 PERP__INIT_WITH(perp_body_settings, .kind = PERP_BODY_DYNAMIC, .orientation[0] = 1.0)
