@@ -5,11 +5,7 @@
  * than `error` in one, which locates the event. Nothing is remembered from call to call. */
 #include "world/step.h"
 
-#include <math.h>
-#include <string.h>
-
 #include "base/context.h"
-#include "linalg/spatial.h"
 #include "step/length.h"
 
 #define SHORTEST 0x1p-30 /* of dt */
@@ -44,19 +40,25 @@ static perp_status keep(perp_world *world, perp__kept_state *kept)
     return status;
 }
 
-/* One step more; the result is the worst of those so far. */
+/* The worst of those so far, and what the last one had. */
+static void follow_result(perp_step_result *sum, const perp_step_result *one)
+{
+    sum->outcome = perp__worse_outcome(sum->outcome, one->outcome);
+    sum->residual = fmax(sum->residual, one->residual);
+    sum->contacts = one->contacts;
+    sum->islands = one->islands;
+}
+
+/* One step more. */
 static perp_status take(perp_world *world, attempt *trial, double h)
 {
-    perp_step_result one = {0}, *sum = &trial->result;
+    perp_step_result one = {0};
     perp_status status = perp__step(world, &one, h);
 
     if (status != PERP_OK)
         return status;
     trial->advances &= one.advanced;
-    sum->outcome = perp__worse_outcome(sum->outcome, one.outcome);
-    sum->residual = fmax(sum->residual, one.residual);
-    sum->contacts = one.contacts;
-    sum->islands = one.islands;
+    follow_result(&trial->result, &one);
     return PERP_OK;
 }
 
@@ -116,10 +118,7 @@ static perp_status take_rest(perp_world *world, attempt *trial, double h)
 
 static void add(perp_step_result *result, const attempt *trial)
 {
-    result->outcome = perp__worse_outcome(result->outcome, trial->result.outcome);
-    result->residual = fmax(result->residual, trial->result.residual);
-    result->contacts = trial->result.contacts;
-    result->islands = trial->result.islands;
+    follow_result(result, &trial->result);
     result->advanced = trial->advances;
     result->error += trial->error;
     result->steps += isnan(trial->error) ? 1 : 2;

@@ -1,15 +1,14 @@
 /* Bodies: adding, removing, reading and replacing what changes in time. */
 #include "world/joints/joints.h"
 
-#include <math.h>
-#include <string.h>
-
-#include "base/arena.h"
 #include "base/check.h"
 #include "base/context.h"
-#include "linalg/spatial.h"
 
 #define UNIT_TOLERANCE 1e-6
+
+/* A state begins with the numbers of perp_body_state, and these with those of perp_body_settings,
+ * in one order (tests/abi). */
+#define NUMBERS_OF(type, object) ((char *)(object) + offsetof(type, position))
 
 PERP__INIT_WITH(perp_body_settings, .kind = PERP_BODY_DYNAMIC, .orientation[0] = 1.0)
 
@@ -124,11 +123,7 @@ perp_status perp__add_body(perp_world *world, perp_body *id, const perp_body_set
         return perp__refuse(world->context, "settings.kind is %d, a PERP_BODY_... expected",
                             (int)settings->kind);
     body.kind = settings->kind;
-    perp__copy3(state.position, settings->position);
-    memcpy(state.orientation, settings->orientation, sizeof state.orientation);
-    state.angle = settings->angle;
-    perp__copy3(state.velocity, settings->velocity);
-    perp__copy3(state.angular_velocity, settings->angular_velocity);
+    memcpy(&state, NUMBERS_OF(perp_body_settings, settings), offsetof(perp__state, force));
     status = check_state(world, &state, "settings.position", "settings.velocity",
                          "settings.angular_velocity");
     if (status == PERP_OK && body.kind == PERP_BODY_STATIC &&
@@ -195,7 +190,6 @@ perp_status perp_world_remove_body(perp_world *world, perp_body body)
 static perp_status get_body(const perp_world *world, perp_body_state *state, perp_body id)
 {
     perp_body_state own;
-    const perp__state *from;
     int32_t slot;
     perp_status status = PERP__CHECK(perp_body_state, world->context, state);
 
@@ -203,14 +197,7 @@ static perp_status get_body(const perp_world *world, perp_body_state *state, per
     PERP__THEN(status, perp_body_state_init(&own, sizeof own));
     if (status != PERP_OK)
         return status;
-    from = &world->states[slot];
-    perp__copy3(own.position, from->position);
-    memcpy(own.orientation, from->orientation, sizeof own.orientation);
-    own.angle = from->angle;
-    perp__copy3(own.velocity, from->velocity);
-    perp__copy3(own.angular_velocity, from->angular_velocity);
-    perp__copy3(own.force, from->force);
-    perp__copy3(own.torque, from->torque);
+    memcpy(NUMBERS_OF(perp_body_state, &own), &world->states[slot], offsetof(perp__state, put));
     perp__struct_write(state, &own, sizeof own);
     return PERP_OK;
 }
@@ -234,13 +221,7 @@ static perp_status set_body(perp_world *world, const perp_body_state *caller, pe
     if (status != PERP_OK)
         return status;
     memset(&state, 0, sizeof state);
-    perp__copy3(state.position, own.position);
-    memcpy(state.orientation, own.orientation, sizeof state.orientation);
-    state.angle = own.angle;
-    perp__copy3(state.velocity, own.velocity);
-    perp__copy3(state.angular_velocity, own.angular_velocity);
-    perp__copy3(state.force, own.force);
-    perp__copy3(state.torque, own.torque);
+    memcpy(&state, NUMBERS_OF(perp_body_state, &own), offsetof(perp__state, put));
     status =
         check_state(world, &state, "state.position", "state.velocity", "state.angular_velocity");
     PERP__THEN(status, perp__check_vector3(world, "state.force", state.force));

@@ -2,7 +2,6 @@
 #include "world/step.h"
 
 #include "base/context.h"
-#include "linalg/spatial.h"
 
 /* I w in the world frame. */
 static void spin_of(const perp_world *world, int32_t i, const perp__state *state, double *spin)

@@ -7,10 +7,6 @@
  * space is what it was, plus the torque's. */
 #include "world/islands/lanes.h"
 
-#include <string.h>
-
-#include "linalg/spatial.h"
-
 /* q+ = exp(turn) q, turn in the world frame; 0 leaves every bit. */
 void perp__turn(const perp_world *world, perp__state *state, const double *turn)
 {
@@ -221,6 +217,6 @@ int32_t perp__integrate(perp_world *world, double h)
     all.end = lanes == 0 ? world->lively_count : 0;
     integrate(world, &all, h);
     for (int32_t k = 0; k < lanes && all.found < 0; k++)
-        all.found = perp__share_of(world, k)->found;
+        all.found = world->lanes[k].share.found;
     return all.found;
 }

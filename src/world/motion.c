@@ -2,10 +2,6 @@
  * velocities that forces alone would give them. */
 #include "world/step.h"
 
-#include <string.h>
-
-#include "linalg/spatial.h"
-
 void perp__rotation_of(const perp_world *world, const perp__state *state, double *R)
 {
     double c, s;

@@ -10,9 +10,7 @@
 #include <string.h>
 
 #include "linalg/spatial.h"
-#include "world/islands/contact_rows.h"
 #include "world/islands/lanes.h"
-#include "world/islands/standing.h"
 #include "world/joints/joints.h"
 
 /* Iterations of a method for the ways: what is left of an overlap comes again. */

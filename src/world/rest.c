@@ -9,10 +9,7 @@
  * Budgets of iterations are shared by a whole step, so that nothing is alone: none sleeps then. */
 #include "world/joints/joints.h"
 
-#include <string.h>
-
 #include "base/groups.h"
-#include "base/arena.h"
 
 enum { NONE = -1 };
 
@@ -28,9 +25,21 @@ static void enlist(perp_world *world, int32_t body)
     world->awake_changed = 1;
 }
 
+/* Counts a nap in what all of them are together, once more or once less. */
+static void count_nap(perp_world *world, const perp__nap *nap, int32_t times)
+{
+    perp__nap *all = &world->asleep;
+
+    all->islands += times * nap->islands;
+    all->solved += times * nap->solved;
+    all->contacts += times * nap->contacts;
+    all->tangents += times * nap->tangents;
+    all->rounded += times * nap->rounded;
+}
+
 static void end_nap(perp_world *world, int32_t i)
 {
-    perp__nap *nap = &world->naps[i], *all = &world->asleep;
+    perp__nap *nap = &world->naps[i];
     int32_t next;
 
     for (int32_t body = nap->first; body != NONE; body = next) {
@@ -38,12 +47,8 @@ static void end_nap(perp_world *world, int32_t i)
         world->bodies[body].nap = NONE;
         enlist(world, body);
     }
-    all->islands -= nap->islands;
-    all->solved -= nap->solved;
-    all->contacts -= nap->contacts;
-    all->tangents -= nap->tangents;
-    all->rounded -= nap->rounded;
-    world->residual_changed |= nap->residual >= all->residual;
+    count_nap(world, nap, -1);
+    world->residual_changed |= nap->residual >= world->asleep.residual;
     nap->first = NONE;
     nap->next_free = world->free_nap;
     world->free_nap = i;
@@ -198,7 +203,7 @@ static void find_calm(perp_world *world)
     for (int32_t i = 0; i < world->awake_count; i++)
         world->parent[world->awake[i]] = world->awake[i];
     for (int32_t i = 0; i < world->pair_count; i++) {
-        const perp__pair *pair = perp__ordered_head(world, i);
+        const perp__pair *pair = perp__ordered_pair(world, i);
         const int32_t a = pair->body[0], b = pair->body[1];
 
         if (perp__is_dynamic(world, a) && perp__is_dynamic(world, b))
@@ -215,7 +220,7 @@ static void find_calm(perp_world *world)
     }
     perp__upset_joints(world);
     for (int32_t i = 0; i < world->pair_count; i++) {
-        const perp__pair *pair = perp__ordered_head(world, i);
+        const perp__pair *pair = perp__ordered_pair(world, i);
         const int32_t *bodies = pair->body;
 
         for (int32_t side = 0; side < 2; side++)
@@ -260,7 +265,6 @@ void perp__fall_asleep(perp_world *world)
 {
     const perp__growing naps = PERP__GROWING(world->naps, world->nap_slots, 1);
     const perp__growing kept = PERP__GROWING(world->kept, world->kept_slots, 1);
-    perp__nap *all = &world->asleep;
     int32_t i, calm = 0, slept = 0;
 
     /* 1. Not where nothing is calm, or without room. */
@@ -302,12 +306,8 @@ void perp__fall_asleep(perp_world *world)
 
         if (world->bodies[body].nap == NONE || nap->first != body)
             continue;
-        all->islands += nap->islands;
-        all->solved += nap->solved;
-        all->contacts += nap->contacts;
-        all->tangents += nap->tangents;
-        all->rounded += nap->rounded;
-        perp__raise_to(&all->residual, nap->residual);
+        count_nap(world, nap, 1);
+        perp__raise_to(&world->asleep.residual, nap->residual);
     }
     perp__list_awake(world);
 }

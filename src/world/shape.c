@@ -1,13 +1,8 @@
 /* Shapes: adding them to bodies, and removing them with their body. */
 #include "world/step.h"
 
-#include <math.h>
-#include <string.h>
-
-#include "base/arena.h"
 #include "base/check.h"
 #include "base/context.h"
-#include "linalg/spatial.h"
 #include "world/collide/polytope.h"
 
 /* Density of a shape that says none. */

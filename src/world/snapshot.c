@@ -2,8 +2,6 @@
  * last step, from which the next one starts, pair by pair. */
 #include "world/step.h"
 
-#include <string.h>
-
 #include "base/check.h"
 #include "base/context.h"
 

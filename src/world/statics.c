@@ -1,15 +1,9 @@
 /* perp_world_statics: the question of perp/statics.h about a world as it is. Contacts are those
  * that a step would find that is so short that nothing moves visibly; the step is not taken. */
-#include <math.h>
-#include <string.h>
-
 #include "base/check.h"
 #include "base/clock.h"
 #include "base/context.h"
-#include "base/outcome.h"
 #include "linalg/matrix.h"
-#include "linalg/spatial.h"
-#include "world/islands/standing.h"
 #include "world/joints/joints.h"
 
 PERP__INIT(perp_world_load)
@@ -164,11 +158,7 @@ static perp_status decide(question *q, const perp__island *island)
     perp__find_limits(world, island, 0.0);
     perp__place_joints(world, island, 0.0);
     perp__choose_rows(world, island, NULL);
-    for (int32_t i = 0; i < work->count; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, work->chosen[i]);
-
-        work->rows[i].bias[0] = perp__open_gap(contact, fmax(contact->gap, 0.0)) / q->h;
-    }
+    perp__close_gaps(world, island, q->h);
     perp__time_joints(world, q->h);
     perp__gather_standing(world, island, NULL, 1);
     write_forces(q, island);

@@ -1,8 +1,6 @@
 /* One step, phase by phase; see world.h. Nothing that a caller can see changes before commit(). */
 #include "world/joints/joints.h"
 
-#include <string.h>
-
 #include "base/clock.h"
 #include "base/context.h"
 
@@ -15,60 +13,41 @@
 #define MOST_PARTS 64
 #define FEW_PARTS 8
 
-static void lay_out_bodies(perp__arena *arena, void *object)
+static void lay_out(perp__arena *arena, void *object)
 {
     perp_world *world = object;
-    size_t count = (size_t)world->body_capacity;
+    const size_t count = (size_t)world->body_capacity, shapes = (size_t)world->shape_capacity;
 
     world->motions = perp__arena_take(arena, count, sizeof *world->motions);
     world->roles = perp__arena_take(arena, count, sizeof *world->roles);
     world->next = perp__arena_take(arena, count, sizeof *world->next);
     PERP__INTEGERS(arena, count, &world->lively, &world->parent, &world->moved, &world->body_order);
     world->islands = perp__arena_take(arena, count, sizeof *world->islands);
-    world->fitted_bodies = world->body_capacity;
-    for (size_t i = 0; world->motions && i < count; i++)
-        memset(&world->motions[i], 0, sizeof *world->motions);
-    if (world->roles)
-        memset(world->roles, 0, count * sizeof *world->roles);
-    if (world->moved)
-        memset(world->moved, 0, count * sizeof *world->moved);
-    world->coasting = 1;
-}
-
-static void lay_out_shapes(perp__arena *arena, void *object)
-{
-    perp_world *world = object;
-    size_t count = (size_t)world->shape_capacity;
-
-    world->placed = perp__arena_take(arena, count, sizeof *world->placed);
-    world->awake_shapes = perp__arena_take(arena, count, sizeof *world->awake_shapes);
-    world->fitted_shapes = world->shape_capacity;
-}
-
-/* Forces and times near the largest numbers can leave the range of doubles. */
-static perp_status check(const perp_world *world, int32_t body)
-{
-    return body < 0 ? PERP_OK
-                    : perp__fail(world->context, PERP_ERROR_NOT_FINITE,
-                                 "the step takes body %d beyond the range of numbers", (int)body);
+    world->placed = perp__arena_take(arena, shapes, sizeof *world->placed);
+    PERP__INTEGERS(arena, shapes, &world->awake_shapes);
 }
 
 /* Memory for all, and bodies in place, with the velocities that forces alone would give them. */
 static perp_status prepare(perp_world *world, double h)
 {
-    perp_status status = PERP_OK;
+    perp_status status;
 
     /* what lay in the memory before is lost if it grows */
     if (world->fitted_bodies != world->body_capacity ||
         world->fitted_shapes != world->shape_capacity) {
         perp__rouse_all(world);
-        status = perp__arena_fit(&world->body_arena, world->context, lay_out_bodies, world);
-        PERP__THEN(status,
-                   perp__arena_fit(&world->shape_arena, world->context, lay_out_shapes, world));
+        world->fitted_bodies = 0;
+        status = perp__arena_fit(&world->body_arena, world->context, lay_out, world);
         if (status != PERP_OK)
-            world->fitted_bodies = 0;
+            return status;
+        memset(world->motions, 0, (size_t)world->body_capacity * sizeof *world->motions);
+        memset(world->roles, 0, (size_t)world->body_capacity * sizeof *world->roles);
+        memset(world->moved, 0, (size_t)world->body_capacity * sizeof *world->moved);
+        world->coasting = 1;
+        world->fitted_bodies = world->body_capacity;
+        world->fitted_shapes = world->shape_capacity;
     }
-    PERP__THEN(status, perp__check_centres(world));
+    status = perp__check_centres(world);
     if (status != PERP_OK)
         return status;
     if (h != world->step_length)
@@ -157,7 +136,6 @@ static int32_t commit(perp_world *world, int32_t included)
     world->last = world->contacts;
     world->last_included = included;
     world->contacts = last;
-    world->contacts.stands = 1;
     world->recorded = 0;
     world->stats.steps++;
     return repeat;
@@ -228,11 +206,11 @@ static perp_status try_step(perp_world *world, perp_step_result *result, perp_wo
     if (!result->advanced)
         return PERP_OK;
     /* 3. Next positions, without overlap. */
-    status = check(world, perp__integrate(world, h));
+    status = perp__check_range(world, perp__integrate(world, h));
     add_time(world, clock, &stats->seconds_integrate);
     PERP__THEN(status, perp__project_overlaps(world, &changed));
     if (status == PERP_OK && changed)
-        status = check(world, perp__find_infinite(world));
+        status = perp__check_range(world, perp__find_infinite(world));
     PERP__THEN(status, perp__check_joints(world));
     add_time(world, clock, &stats->seconds_project);
     /* 4. What is left of the laws where impulses were taken back. */

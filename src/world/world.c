@@ -1,14 +1,7 @@
 /* The life of a world, ids, and the public calls that ask it something. */
-#include "world/islands/standing.h"
-#include "world/step.h"
-
-#include <math.h>
-#include <string.h>
-
 #include "base/check.h"
 #include "base/context.h"
 #include "contact/settings.h"
-#include "world/islands/batch.h"
 #include "world/islands/lanes.h"
 #include "world/joints/joints.h"
 
@@ -101,14 +94,13 @@ static void release(void *object)
 {
     perp_world *world = object;
     perp_context *context = world->context;
-    perp__arena *const arenas[] = {&world->body_arena, &world->shape_arena, &world->order_arena,
-                                   &world->island_arena};
+    perp__arena *const arenas[] = {&world->body_arena, &world->order_arena, &world->island_arena};
     void *const arrays[] = {
-        world->standing,      world->bodies,      world->states,        world->clusters,
-        world->shapes,        world->joints,      world->joint_states,  world->tree.nodes,
-        world->pairs,         world->pair_order,  world->watched_pairs, world->memories,
-        world->next_memories, world->begun.bytes, world->tried.bytes,   world->whole.bytes,
-        world->records,       world->awake,       world->naps,          world->kept};
+        world->standing,      world->bodies,      world->states,       world->clusters,
+        world->shapes,        world->joints,      world->joint_states, world->tree.nodes,
+        world->pairs,         world->pair_order,  world->met_pairs,    world->memories,
+        world->next_memories, world->begun.bytes, world->tried.bytes,  world->whole.bytes,
+        world->records,       world->awake,       world->naps,         world->kept};
     const perp__contact_set *const sets[] = {&world->contacts, &world->overlaps, &world->last};
 
     perp__release_lanes(world);

@@ -81,8 +81,7 @@ typedef struct perp__pair {
     int32_t same;         /* points are those of the last step: its contacts from the first on, */
     uint64_t steps;       /* after so many steps; */
     int32_t first_now;    /* its first one of this step, */
-    int32_t first_last;   /* of the last, */
-    int32_t first_before; /* of the one before, if they were the same as well; -1 */
+    int32_t first_last;   /* and of the last */
     int32_t late, latest; /* contacts that came after the first round: a list; -1: none */
     int32_t first_memory; /* impulses of the last step, see perp__remember */
     int32_t memories;
@@ -96,14 +95,6 @@ typedef struct perp__pair {
     double overlap;  /* of the next states: projection.c */
     perp__collision collision;
 } perp__pair;
-
-/* One of them that may meet, or turn deeper into each other, as rounds go through it: with all that
- * most rounds read of it. */
-typedef struct perp__watched_pair {
-    int32_t pair, body[2];
-    double apart[3], lead; /* of the pair's collision */
-    double reach[2];
-} perp__watched_pair;
 
 /* What a contact point was given in the last step, along the axes that come with its normal. */
 typedef struct perp__memory {
@@ -176,7 +167,7 @@ typedef struct perp__verdict {
     int32_t asked;    /* rows of which it was asked whether they stand, and do not */
     int32_t sketched; /* swept to see what meets, at a level that asks for more */
     int32_t in_vain;  /* all that there is came to no answer in this step, of some part of it */
-    int32_t stands;   /* at rest beside what carries it, decided (islands/standing.h) */
+    int32_t stands;   /* at rest beside what carries it, decided (islands/carried.c) */
     int32_t rides;    /* it stands with the motion of a kinematic body */
     int32_t settles;  /* swept from next to nothing, and yet not found to stand */
     double turn;      /* how far: joints/trial.c */
@@ -275,7 +266,6 @@ typedef struct perp__contact_set {
     int32_t included; /* of the step's: how many are, */
     int32_t rubbing;  /* of them, with friction, */
     int32_t early;    /* and how many came in the first round */
-    int32_t stands;   /* contacts beyond `count` are those of the step before the last */
     int32_t count;
     int32_t capacity;
 } perp__contact_set;
@@ -388,7 +378,6 @@ struct perp_world {
     int32_t *body_order;
     perp__island *islands;
     int32_t fitted_bodies, fitted_shapes; /* what there was room for */
-    perp__arena shape_arena;
     perp__placed *placed;
     int32_t *awake_shapes;
     perp__arena order_arena;
@@ -405,13 +394,12 @@ struct perp_world {
     int32_t pair_slots;
     int32_t pair_capacity;
     int32_t free_pair;
-    int32_t pair_count;                /* of what is awake */
-    perp__keyed *pair_order;           /* these, by their shapes; as much again for sorting */
-    int32_t pairs_added;               /* since they were sorted: so many in the second half; */
-    int32_t pairs_changed;             /* others ended; 2: all may be others */
-    perp__watched_pair *watched_pairs; /* in their order; as much again for those that meet */
-    int32_t watched_count;             /* -1: to be listed */
-    perp__memory *memories;            /* pair by pair */
+    int32_t pair_count;      /* of what is awake */
+    perp__keyed *pair_order; /* these, by their shapes; as much again for sorting */
+    int32_t pairs_added;     /* since they were sorted: so many in the second half; */
+    int32_t pairs_changed;   /* others ended; 2: all may be others */
+    int32_t *met_pairs;      /* those that meet in a round */
+    perp__memory *memories;  /* pair by pair */
     perp__memory *next_memories;
     int32_t memory_count;
     int32_t memory_capacity;
@@ -429,8 +417,8 @@ struct perp_world {
     perp__rigid_solver *solver;
     perp__coloured coloured;
     perp__budget budget;
-    struct perp__standing *standing; /* islands/standing.h */
-    struct perp__batch *batch;       /* islands/batch.h */
+    struct perp__standing *standing; /* islands/islands.h */
+    struct perp__batch *batch;       /* islands/lanes.h */
     struct perp__tasks *tasks;       /* lanes.h; NULL: all on the caller's thread */
     struct perp__lane *lanes;
     int32_t lane_count;

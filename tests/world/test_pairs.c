@@ -4,7 +4,6 @@
 #include "suite.h"
 
 #include "world/scene.h"
-#include "world/islands/contact_rows.h"
 #include "world/step.h"
 
 enum { BODIES = 40 };

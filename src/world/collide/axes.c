@@ -1,6 +1,5 @@
 /* The separating axes of two boxes (Gottschalk, Lin & Manocha 1996), in the frame of the first; and
  * which one of two shapes' axes closes last. */
-#include "world/collide/collision.h"
 #include "world/collide/polytope.h"
 #include "linalg/lanes/lanes.h"
 #include "linalg/lanes/multiversion.h"

@@ -53,11 +53,7 @@ void perp__emit_point(const perp__placed *frame, const double *position, const d
 int32_t perp__collide(const perp__placed *a, const perp__placed *b, int32_t planar, double margin,
                       perp__point *points);
 
-/* The pairs; each may assume the kinds in its name, in that order. */
-int32_t perp__collide_plane_box(const perp__placed *plane, const perp__placed *box, int32_t planar,
-                                double margin, perp__point *points);
-int32_t perp__collide_plane_convex(const perp__placed *plane, const perp__placed *convex,
-                                   int32_t planar, double margin, perp__point *points);
+/* Any two shapes but half-spaces. */
 int32_t perp__collide_convex(const perp__placed *a, const perp__placed *b, int32_t planar,
                              double margin, perp__point *points);
 

@@ -16,7 +16,7 @@
 #include <float.h>
 #include <string.h>
 
-#include "world/collide/convex.h"
+#include "world/collide/polytope.h"
 #include "linalg/spatial.h"
 
 /* Radians between two looks at the axes. */

@@ -5,7 +5,7 @@
  * cross (Gregorius 2013, The separating axis test). Rounded shapes are apart as far as their cores
  * are, less their radii, along the line between the cores' closest points: that of a face where
  * these lie over it, else that of edges. */
-#include "world/collide/convex.h"
+#include "world/collide/polytope.h"
 
 #include "linalg/spatial.h"
 

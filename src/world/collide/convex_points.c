@@ -2,7 +2,7 @@
  * of the other's face, edge or corner opposite (Sutherland & Hodgman 1974); the point where two
  * edges cross; the closest points of rounded edges and corners. */
 #include "base/rounding.h"
-#include "world/collide/convex.h"
+#include "world/collide/polytope.h"
 
 #include <float.h>
 

@@ -7,7 +7,6 @@
  */
 #include "world/collide/polytope.h"
 
-#include <stdio.h>
 #include <string.h>
 
 #include "base/rounding.h"
@@ -20,6 +19,7 @@ typedef struct triangle {
     int32_t face;
     double normal[3];
     double offset;
+    double area; /* twice that */
 } triangle;
 
 typedef struct work {
@@ -77,7 +77,7 @@ static void set_plane(const work *w, triangle *t)
         perp__subtract3(v, x[2], x[0]);
         perp__cross(t->normal, u, v);
     }
-    perp__normalise3(t->normal);
+    t->area = perp__normalise3(t->normal);
     t->offset = perp__dot3(t->normal, x[0]);
     t->face = NONE;
 }
@@ -87,18 +87,6 @@ static double beyond(const work *w, const triangle *t, int32_t i)
     double x[3];
     point_of(w, i, x);
     return perp__dot3(t->normal, x) - t->offset;
-}
-
-static perp_status degenerate(const work *w, const char *what, int32_t a, int32_t b, int32_t c)
-{
-    char others[32] = "";
-    if (c != NONE)
-        snprintf(others, sizeof others, ", [%d] and [%d]", (int)b, (int)c);
-    else
-        snprintf(others, sizeof others, " and [%d]", (int)b);
-    return perp__refuse(w->context,
-                        "points enclose nothing: all lie on the %s through points [%d]%s", what,
-                        (int)a, others);
 }
 
 /* Two points far apart, the one farthest from their line and, in space, from the three's plane. */
@@ -128,9 +116,11 @@ static perp_status start(work *w, int32_t *simplex)
             perp__normalise3(along);
         }
     }
-    return most > PERP__NEGLIGIBLE * PERP__NEGLIGIBLE
-               ? PERP_OK
-               : degenerate(w, "line", simplex[0], simplex[1], NONE);
+    if (most > PERP__NEGLIGIBLE * PERP__NEGLIGIBLE)
+        return PERP_OK;
+    return perp__refuse(w->context,
+                        "points enclose nothing: all lie on the line through points [%d] and [%d]",
+                        (int)simplex[0], (int)simplex[1]);
 }
 
 static perp_status add_corner(work *w, int32_t point)
@@ -158,7 +148,7 @@ static perp_status first_triangles(work *w)
     perp_status status = start(w, s);
     if (status != PERP_OK)
         return status;
-    triangle base = {{s[0], s[1], s[2]}, NONE, {0.0, 0.0, 0.0}, 0.0};
+    triangle base = {{s[0], s[1], s[2]}, NONE, {0.0, 0.0, 0.0}, 0.0, 0.0};
     double side;
     set_plane(w, &base);
     if (w->planar) {
@@ -171,7 +161,10 @@ static perp_status first_triangles(work *w)
                 s[3] = i;
             }
         if (!(fabs(most) > PERP__NEGLIGIBLE))
-            return degenerate(w, "plane", s[0], s[1], s[2]);
+            return perp__refuse(w->context,
+                                "points enclose nothing: all lie on the plane through points [%d], "
+                                "[%d] and [%d]",
+                                (int)s[0], (int)s[1], (int)s[2]);
         side = -most;
     }
     if (side < 0.0) { /* the base shall face away from the last */
@@ -267,17 +260,6 @@ static perp_status grow(work *w)
 
 /* ---- faces ---- */
 
-static double area_of(const work *w, const triangle *t)
-{
-    double x[3][3], u[3], v[3], n[3];
-    for (int i = 0; i < 3; i++)
-        point_of(w, t->corner[i], x[i]);
-    perp__subtract3(u, x[1], x[0]);
-    perp__subtract3(v, x[2], x[0]);
-    perp__cross(n, u, v);
-    return perp__length3(n);
-}
-
 /* Triangles that lie in the plane of another, larger one are one face with it. */
 static void merge(work *w)
 {
@@ -286,8 +268,8 @@ static void merge(work *w)
         double largest = -1.0;
         seed = NONE;
         for (int32_t t = 0; t < w->triangles; t++)
-            if (w->triangle[t].face == NONE && area_of(w, &w->triangle[t]) > largest) {
-                largest = area_of(w, &w->triangle[t]);
+            if (w->triangle[t].face == NONE && w->triangle[t].area > largest) {
+                largest = w->triangle[t].area;
                 seed = t;
             }
         depth = seed != NONE;

@@ -8,8 +8,6 @@
 
 #include <float.h>
 
-#include "linalg/spatial.h"
-
 /* A face is covered where what lies before it is nearer than this share of the shape's thickness.
  */
 #define CRACK 1e-4

@@ -9,14 +9,8 @@
  * contacts has a solution of the whole problem if its velocities keep these open too.
  */
 #include "world/islands/lanes.h"
-#include "world/islands/contact_rows.h"
 
-#include <stddef.h>
-#include <string.h>
-
-#include "base/arena.h"
 #include "base/context.h"
-#include "linalg/spatial.h"
 
 static perp_status grow(perp_world *world, perp__contact_set *set, int32_t needed)
 {
@@ -35,7 +29,6 @@ perp_status perp__reserve_contacts(perp_world *world, perp__contact_set *set, in
 
     if (needed <= set->capacity)
         return PERP_OK;
-    set->stands = 0;
     status = perp__reserve_memories(world, needed);
     if (status == PERP_OK && set == &world->contacts)
         status = grow(world, &world->last, needed);
@@ -94,7 +87,6 @@ static void tie_bodies(const perp__contact_set *set, int32_t i, int32_t closed)
     set->ties[i] = tie;
 }
 
-/* Appends a point, of which there is room. */
 perp__world_contact *perp__append_contact(const perp_world *world, perp__contact_set *set,
                                           const perp__pair *pair, const perp__point *point)
 {
@@ -112,7 +104,6 @@ static void set_arms(const perp__state *states, perp__world_contact *contact)
     perp__subtract3(contact->arms[1], contact->position, states[contact->body_b].position);
 }
 
-/* Velocities as if nothing touched. */
 void perp__prepare_contact(const perp_world *world, const perp__contact_set *set, int32_t i)
 {
     perp__world_contact *contact = &set->contacts[i];
@@ -147,7 +138,6 @@ static void write_touching(const perp_world *world, int32_t i, const perp__world
     perp__prepare_contact(world, set, i);
 }
 
-/* Appends the points of a pair that are farther apart than `least` at the start of the step. */
 perp_status perp__append_points(perp_world *world, perp__pair *pair, const perp__point *points,
                                 int32_t made, double least)
 {
@@ -166,7 +156,6 @@ perp_status perp__append_points(perp_world *world, perp__pair *pair, const perp_
     return status;
 }
 
-/* How far the motion at hand takes any point of a body. */
 double perp__longest_displacement(const perp_world *world, int32_t body, double h)
 {
     const double *moving = world->motions[body].moving;
@@ -240,7 +229,7 @@ static perp_status gather_shares(perp_world *world, int32_t lanes, double h)
     perp_status status = PERP_OK;
 
     for (int32_t k = 0; k < lanes && status == PERP_OK; k++) {
-        perp__share *share = perp__share_of(world, k);
+        perp__share *share = &world->lanes[k].share;
 
         status = share->status;
         share->contact = count;
@@ -296,12 +285,10 @@ perp_status perp__find_contacts(perp_world *world, double h)
     status = perp__enclose_motions(world, h);
     if (status == PERP_OK) {
         perp__find_memories(world);
-        world->watched_count = -1;
         perp__note_settled(world);
         status = touch_all(world, h);
         if (status == PERP_OK && world->some_put && !world->awake_changed)
             perp__find_put(world);
-        world->contacts.stands = 0;
     }
     return status;
 }
@@ -335,4 +322,87 @@ perp_status perp__find_overlaps(perp_world *world, double ways)
         }
     }
     return status;
+}
+
+/* ---- what pairs and their shapes measure: sizes, roundings, how far a motion takes them ---- */
+
+static double rounding_of(const perp_world *world, int32_t shape)
+{
+    const perp__shape *at = &world->shapes[shape];
+
+    return PERP__SUM_ROUNDING *
+           (perp__largest3(world->placed[shape].position) + at->radius + fabs(at->geometry.offset));
+}
+
+double perp__pair_rounding(const perp_world *world, const perp__pair *pair)
+{
+    return rounding_of(world, pair->first) + rounding_of(world, pair->second);
+}
+
+double perp__pair_size(const perp_world *world, const perp__pair *pair)
+{
+    const double a = world->bodies[world->shapes[pair->first].body].radius;
+    const double b = world->bodies[world->shapes[pair->second].body].radius;
+
+    return a > 0.0 && b > 0.0 ? 2.0 * fmin(a, b) : a + b;
+}
+
+double perp__pair_thickness(const perp_world *world, const perp__pair *pair)
+{
+    double size =
+        perp__lesser(world->shapes[pair->first].thickness, world->shapes[pair->second].thickness);
+
+    return isfinite(size) ? size : 0.0;
+}
+
+double perp__pair_touching(const perp_world *world, const perp__pair *pair, double rounding)
+{
+    return PERP__NEGLIGIBLE * perp__pair_thickness(world, pair) + rounding;
+}
+
+int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double margin)
+{
+    const double *a = world->placed[pair->first].position;
+    const double *b = world->placed[pair->second].position;
+    const double between[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+    const double reach =
+        world->shapes[pair->first].radius + world->shapes[pair->second].radius + margin;
+
+    return pair->plane || perp__dot3(between, between) <= reach * reach || !isfinite(reach * reach);
+}
+
+/* A ball in its body's centre does not. */
+static int32_t rotates(const perp__shape *shape)
+{
+    return shape->geometry.kind != PERP__SPHERE || !perp__is_zero3(shape->offset);
+}
+
+double perp__turning_reach(const perp__shape *shape)
+{
+    return rotates(shape) ? shape->reach : 0.0;
+}
+
+double perp__shape_turning(const perp_world *world, const perp__shape *shape, double h)
+{
+    return perp__turning(world, shape->body, perp__turning_reach(shape), h);
+}
+
+void perp__moving_shape(const perp_world *world, int32_t shape, double h, perp__moving *moving)
+{
+    const perp__shape *at = &world->shapes[shape];
+    const double *twist = world->motions[at->body].moving;
+    const int32_t turns = rotates(at);
+
+    moving->start = &world->placed[shape];
+    moving->reach = at->reach;
+    perp__copy3(moving->centre, world->states[at->body].position);
+    for (int32_t k = 0; k < 3; k++) {
+        moving->displacement[k] = h * twist[k];
+        moving->turn[k] = turns ? h * twist[3 + k] : 0.0;
+    }
+}
+
+double perp__way_of(const perp__moving *shape)
+{
+    return perp__length3(shape->displacement) + perp__length3(shape->turn) * shape->reach;
 }

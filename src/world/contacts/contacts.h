@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "linalg/lanes/multiversion.h"
+#include "linalg/spatial.h"
 #include "world/world.h"
 
 /* pairs.c */
@@ -17,6 +18,9 @@
 perp_status perp__enclose_motions(perp_world *world, double h);
 perp_status perp__enclose_changes(perp_world *world, double h);
 perp_status perp__enclose_places(perp_world *world, double ways);
+/* Forces and times near the largest numbers can leave the range of doubles: refuses a body that
+ * did; -1: none. */
+perp_status perp__check_range(const perp_world *world, int32_t body);
 /* Whether the fat boxes of a body hold what a twist makes of it from its state on. */
 int32_t perp__stays_enclosed(const perp_world *world, int32_t body, const double *moving, double h);
 /* Asks memory for what is read soon. Kernels, as calls of what has no effect are left out. */
@@ -30,21 +34,13 @@ PERP__KERNEL static void perp__fetch(const void *from, size_t bytes)
     (void)bytes;
 #endif
 }
-/* Pair i of what is gone through in order, and which is asked of memory meanwhile: all of it, or
- * as far as the steps. */
-PERP__KERNEL static perp__pair *perp__pair_and(const perp_world *world, int32_t i, size_t bytes)
+/* Pair i of what is gone through in order; one after it is asked of memory meanwhile. */
+PERP__KERNEL static perp__pair *perp__ordered_pair(const perp_world *world, int32_t i)
 {
     if (i + PERP__FETCHED_AHEAD < world->pair_count)
-        perp__fetch(&world->pairs[world->pair_order[i + PERP__FETCHED_AHEAD].value], bytes);
+        perp__fetch(&world->pairs[world->pair_order[i + PERP__FETCHED_AHEAD].value],
+                    sizeof *world->pairs);
     return &world->pairs[world->pair_order[i].value];
-}
-static inline perp__pair *perp__ordered_pair(const perp_world *world, int32_t i)
-{
-    return perp__pair_and(world, i, sizeof *world->pairs);
-}
-static inline perp__pair *perp__ordered_head(const perp_world *world, int32_t i)
-{
-    return perp__pair_and(world, i, offsetof(perp__pair, steps));
 }
 /* Whether the body's next state is the one at hand. */
 static inline int32_t perp__stays(const perp_world *world, int32_t body)
@@ -71,7 +67,7 @@ static inline void perp__unsettle(perp_world *world, int32_t body)
 /* A shape that is about to be removed. */
 void perp__forget_shape(perp_world *world, int32_t shape);
 
-/* measures.c */
+/* contact_set.c: measures */
 double perp__pair_rounding(const perp_world *world, const perp__pair *pair);
 /* The size of the two bodies: an overlap is large beside the smaller one, whatever the other is;
  * points and half-spaces are not asked. */
@@ -118,7 +114,7 @@ int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h);
 int32_t perp__collision_points(const perp_world *world, perp__pair *pair, double h,
                                perp__point *points);
 
-/* arcs.c: whether the motion at hand closes contact i of the step's, which its rates leave a gap of
+/* Whether the motion at hand closes contact i of the step's, which its rates leave a gap of
  * `end` < 0. */
 int32_t perp__meets(const perp_world *world, int32_t i, double h, double end);
 
@@ -168,18 +164,82 @@ void perp__find_memories(perp_world *world);
 /* Which bodies are, with all that is near them, what they were when the last step began. */
 void perp__note_settled(perp_world *world);
 /* Whether the points of a pair are, to the last bit, those that it had then: pair->made; and
- * contact i of the step := point k of them, most of which may stand there already. */
+ * contact i of the step := point k of them. */
 int32_t perp__stays_same(const perp_world *world, const perp__pair *pair);
 void perp__repeat_contact(const perp_world *world, const perp__pair *pair, int32_t k, int32_t i);
 /* Keeps the impulses of the step's contacts for the next step's `warm`. */
 void perp__remember(perp_world *world);
 void perp__write_memory(const perp__contact_set *set, int32_t i, perp__memory *memory);
 
-/* records.c */
+/* memory.c: records */
 void perp__write_record(const perp__contact_set *set, int32_t i, perp_world_contact *record);
 /* Contacts of a step come by this number, those of a pair and round one after the other. */
 uint64_t perp__contact_order(const perp__world_contact *contact);
 /* Makes the records of the last step, unless they are there. */
 perp_status perp__write_records(perp_world *world);
+
+/* Rows of the contacts. A contact has the axes (n, t1, t2), right-handed. With r the arm from a
+ * body's mass centre to the contact point, the row of axis a is J_B = (a, r_B x a),
+ * J_A = -(a, r_A x a). */
+/* The row of a gap in the next positions (../projection.c). */
+void perp__write_normal(const perp_world *world, const perp__world_contact *contact, double gap,
+                        perp__rigid_rows *rows);
+
+/* Tangents for the normal in axes[0]. */
+void perp__contact_frame(const perp_world *world, perp__world_contact *contact);
+
+/* The twists of a motion by offset, for functions that take any of them. */
+#define PERP__TWIST_START offsetof(perp__motion, start)
+#define PERP__TWIST_FREE offsetof(perp__motion, free)
+#define PERP__TWIST_MOVING offsetof(perp__motion, moving)
+#define PERP__TWIST_AFTER offsetof(perp__motion, after)
+#define PERP__TWIST_SHIFT offsetof(perp__motion, shift)
+
+static inline const double *perp__const_twist(const perp__motion *motion, size_t twist)
+{
+    return (const double *)((const char *)motion + twist);
+}
+
+/* Row k of side A or B: relative velocity = J_A twist_A + J_B twist_B. */
+static inline void perp__contact_row(const perp__world_contact *contact, int32_t side, int32_t k,
+                                     double *row)
+{
+    perp__copy3(row, contact->axes[k]);
+    perp__cross(row + 3, contact->arms[side], contact->axes[k]);
+    for (int32_t i = 0; i < 6 && side == 0; i++)
+        row[i] = -row[i];
+}
+
+/* Relative velocity of the surfaces at the contact, in the world's frame. */
+static inline void perp__relative_twist(const perp_world *world, const perp__world_contact *contact,
+                                        size_t twist, double *x)
+{
+    const double *a = perp__const_twist(&world->motions[contact->body_a], twist);
+    const double *b = perp__const_twist(&world->motions[contact->body_b], twist);
+    const double *r = contact->arms[0], *s = contact->arms[1];
+
+    x[0] = (b[0] - a[0]) + ((b[4] * s[2] - b[5] * s[1]) - (a[4] * r[2] - a[5] * r[1]));
+    x[1] = (b[1] - a[1]) + ((b[5] * s[0] - b[3] * s[2]) - (a[5] * r[0] - a[3] * r[2]));
+    x[2] = (b[2] - a[2]) + ((b[3] * s[1] - b[4] * s[0]) - (a[3] * r[1] - a[4] * r[0]));
+}
+
+static inline void perp__relative_velocity(const perp_world *world,
+                                           const perp__world_contact *contact, size_t twist,
+                                           double *u)
+{
+    double x[3];
+
+    perp__relative_twist(world, contact, twist, x);
+    perp__apply3(u, contact->axes[0], x);
+}
+
+static inline double perp__normal_velocity(const perp_world *world,
+                                           const perp__world_contact *contact, size_t twist)
+{
+    double x[3];
+
+    perp__relative_twist(world, contact, twist, x);
+    return perp__dot3(contact->axes[0], x);
+}
 
 #endif

@@ -8,12 +8,7 @@
  * does not depend on how they came about. */
 #include "world/joints/joints.h"
 
-#include <stddef.h>
-#include <string.h>
-
-#include "base/arena.h"
 #include "base/context.h"
-#include "linalg/spatial.h"
 
 enum { NONE = -1 };
 
@@ -103,7 +98,7 @@ static int32_t can_touch(const perp_world *world, int32_t a, int32_t b)
 static perp_status add_pair(perp_world *world, int32_t a, int32_t b)
 {
     const perp__growing arrays[] = {PERP__GROWING(world->pair_order, 0, 2),
-                                    PERP__GROWING(world->watched_pairs, 0, 2),
+                                    PERP__GROWING(world->met_pairs, 0, 1),
                                     PERP__GROWING(world->pairs, world->pair_slots, 1)};
     perp_status status = PERP_OK;
     int32_t number = world->free_pair;
@@ -222,8 +217,6 @@ static void order_pairs(perp_world *world)
             order[--to] = old > 0 && order[old - 1].key > added[count - 1].key ? order[--old]
                                                                                : added[--count];
     }
-    if (world->pairs_changed)
-        world->watched_count = -1;
     world->pairs_changed = world->pairs_added = 0;
 }
 
@@ -310,11 +303,11 @@ static perp_status find_partners(perp_world *world, int32_t shape)
     return status;
 }
 
-static perp_status check(const perp_world *world, int32_t body, int32_t is_finite)
+perp_status perp__check_range(const perp_world *world, int32_t body)
 {
-    return is_finite ? PERP_OK
-                     : perp__fail(world->context, PERP_ERROR_NOT_FINITE,
-                                  "the step takes body %d beyond the range of numbers", (int)body);
+    return body < 0 ? PERP_OK
+                    : perp__fail(world->context, PERP_ERROR_NOT_FINITE,
+                                 "the step takes body %d beyond the range of numbers", (int)body);
 }
 
 static double space_of(const perp__shape *shape, double speed)
@@ -382,9 +375,8 @@ static perp_status enclose(perp_world *world, int32_t body, double h, double mor
             box.low[k] = box.low[k] - space + (ahead[k] < 0.0 ? ahead[k] : 0.0);
             box.high[k] = box.high[k] + space + (ahead[k] > 0.0 ? ahead[k] : 0.0);
         }
-        status = check(world, body, perp__is_finite3(box.low) && perp__is_finite3(box.high));
-        if (status != PERP_OK)
-            continue;
+        if (!(perp__is_finite3(box.low) && perp__is_finite3(box.high)))
+            return perp__check_range(world, body);
         if (shape->leaf != NONE)
             perp__tree_remove(&world->tree, shape->leaf);
         shape->leaf = perp__tree_insert(&world->tree, &box, i);
@@ -446,7 +438,7 @@ perp_status perp__enclose_motions(perp_world *world, double h)
 
         if (!perp__has_pairs(world, body) && perp__glide(world, body, h))
             continue;
-        status = check(world, body, perp__start_motion(world, body, h));
+        status = perp__check_range(world, perp__start_motion(world, body, h) ? -1 : body);
         PERP__THEN(status, enclose(world, body, h, 0.0));
         world->lively[world->lively_count++] = body;
     }
@@ -454,39 +446,35 @@ perp_status perp__enclose_motions(perp_world *world, double h)
     return status;
 }
 
-perp_status perp__enclose_changes(perp_world *world, double h)
+/* Those of a list: all with `ways` times their overlap around them; or, where `ways` is 0, those
+ * whose boxes do not hold what they do yet. */
+static perp_status enclose_all(perp_world *world, const int32_t *bodies, int32_t count, double h,
+                               double ways)
 {
     perp_status status = PERP_OK;
-    int32_t i, count = perp__count_members(world);
 
-    for (i = 0; i < count && status == PERP_OK; i++) {
-        perp__motion *motion = &world->motions[world->body_order[i]];
+    for (int32_t i = 0; i < count && status == PERP_OK; i++) {
+        perp__motion *motion = &world->motions[bodies[i]];
 
-        if (!motion->enclosed)
-            status = enclose(world, world->body_order[i], h, 0.0);
-        motion->enclosed = 1;
+        const int32_t widens = ways > 0.0 && perp__is_dynamic(world, bodies[i]);
+
+        if (ways > 0.0 || !motion->enclosed)
+            status = enclose(world, bodies[i], h, widens ? ways * motion->overlap : 0.0);
+        motion->enclosed |= h > 0.0;
     }
     order_pairs(world);
     return status;
 }
 
-/* Boxes for where bodies are: all with `ways` times their overlap around them; or without, where
- * `ways` is 0, those that the motions at hand did not bring there. */
+perp_status perp__enclose_changes(perp_world *world, double h)
+{
+    return enclose_all(world, world->body_order, perp__count_members(world), h, 0.0);
+}
+
 perp_status perp__enclose_places(perp_world *world, double ways)
 {
-    const int32_t *bodies = ways > 0.0 ? world->awake : world->lively;
-    const int32_t count = ways > 0.0 ? world->awake_count : world->lively_count;
-    perp_status status = PERP_OK;
-
-    for (int32_t i = 0; i < count && status == PERP_OK; i++) {
-        const perp__motion *motion = &world->motions[bodies[i]];
-
-        if (ways > 0.0 || !motion->enclosed)
-            status = enclose(world, bodies[i], 0.0,
-                             perp__is_dynamic(world, bodies[i]) ? ways * motion->overlap : 0.0);
-    }
-    order_pairs(world);
-    return status;
+    return ways > 0.0 ? enclose_all(world, world->awake, world->awake_count, 0.0, ways)
+                      : enclose_all(world, world->lively, world->lively_count, 0.0, 0.0);
 }
 
 /* Takes a shape off a list of shapes. */

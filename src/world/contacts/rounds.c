@@ -1,14 +1,9 @@
 /* What comes to a step's contacts once the motion is known, round by round: points that it closes,
  * pairs that it makes meet, those that it turns deeper into each other, and what lies farther along
  * a half-space. Only bodies whose motion the last round changed are looked at. */
-#include "world/islands/contact_rows.h"
 #include "world/islands/lanes.h"
 
-#include <math.h>
-#include <string.h>
-
 #include "world/collide/collision.h"
-#include "linalg/spatial.h"
 
 /* How often a pair may join; and rounds after which what still meets is left to the next step. */
 #define MAX_JOINS 6
@@ -110,6 +105,87 @@ static int32_t presses(const perp_world *world, const perp__world_contact *conta
     return !(lack <= perp__swept_tol(world) * drive * sqrt(inverse_mass));
 }
 
+/* ---- arcs ----
+ *
+ * A point that turns about its mass centre goes on an arc. Its rate may close a gap that the arc
+ * leaves open: a rod that spins beside a wall does not touch it because its end goes towards it.
+ * What touches, or pressed in the last step, goes by its rates: it stays in contact while it turns.
+ * Rows of islands with joints turn with their bodies (islands/along.c), and so know arcs. */
+
+/* Whether the arc of a point comes to a half-space that does not turn, over which it is by
+ *
+ *   f(t) = gap + t n.v + n.(R(t w) - 1) r = gap + t a + b sin(t |w|) + c (1 - cos(t |w|)),
+ *
+ * r to the core of a round shape, which turns below its contact. f'' >= -|w|^2 |(b, c)|. */
+static int32_t meets_plane(const perp_world *world, const perp__world_contact *contact,
+                           const double ways[2][6])
+{
+    const int32_t shapes[2] = {contact->shape_a, contact->shape_b};
+    const int32_t side = world->shapes[contact->shape_a].geometry.kind == PERP__PLANE;
+    const double *v = ways[side], *beside = ways[1 - side];
+    double n[3] = {0.0, 0.0, 0.0}, core[3], axis[3], rate[3], bend[3], way[3], t = 0.0;
+
+    if (!perp__is_zero3(beside + 3))
+        return 1;
+    perp__add3(n, side == 1 ? 1.0 : -1.0, contact->axes[0]);
+    perp__along3(core, contact->arms[side], world->shapes[shapes[side]].geometry.radius, n);
+    perp__copy3(axis, v + 3);
+    const double angle = perp__normalise3(axis);
+    perp__cross(rate, axis, core);
+    perp__cross(bend, axis, rate);
+    perp__subtract3(way, v, beside);
+    const double a = perp__dot3(n, way), b = perp__dot3(n, rate), c = perp__dot3(n, bend);
+    const double most = angle * angle * sqrt(b * b + c * c);
+    for (int32_t look = 0; look < PERP__MAX_LOOKS; look++) {
+        const double s = sin(t * angle), d = cos(t * angle);
+        const double apart = contact->gap + t * a + b * s + c * (1.0 - d);
+        const double slope = a + angle * (b * d + c * s);
+
+        if (apart <= contact->rounding)
+            return 1;
+        t += most > 0.0    ? (slope + sqrt(slope * slope + 2.0 * most * apart)) / most
+             : slope < 0.0 ? -apart / slope
+                           : INFINITY;
+        if (t > 1.0)
+            return 0;
+    }
+    return 1;
+}
+
+int32_t perp__meets(const perp_world *world, int32_t i, double h, double end)
+{
+    const perp__world_contact *contact = &world->contacts.contacts[i];
+    const perp__pair *pair = &world->pairs[contact->pair];
+    const int32_t body[2] = {contact->body_a, contact->body_b};
+    double ways[2][6], way = 0.0, turn = 0.0, aside = 0.0;
+    int32_t jointed = 0;
+
+    /* 1. how far arcs lead aside from the rates, and the normal, which turns with its face */
+    for (int32_t side = 0; side < 2; side++) {
+        for (int32_t k = 0; k < 6; k++)
+            ways[side][k] = h * world->motions[body[side]].moving[k];
+        const double angle = perp__length3(ways[side] + 3),
+                     arm = perp__length3(contact->arms[side]);
+
+        way += perp__length3(ways[side]) + angle * arm;
+        aside += 0.5 * angle * angle * arm;
+        turn += angle;
+        jointed |= world->bodies[body[side]].first_joint != 0;
+    }
+    if (jointed || end < -(aside + turn * way) || turn == 0.0 || pair->first != contact->shape_a ||
+        pair->second != contact->shape_b ||
+        !perp__is_zero3(world->contacts.responses[i].remembered) ||
+        contact->gap <= perp__pair_touching(world, pair, contact->rounding) ||
+        (pair->plane && contact->round > 0 && pair->joined > 0 && pair->collision.time > 0.0))
+        return 1;
+
+    /* 2. on the way */
+    return pair->plane ? meets_plane(world, contact, (const double(*)[6])ways)
+                       : perp__pair_meets(world, pair, h);
+}
+
+/* ---- points that come ---- */
+
 /* Whether the motion at hand closes a point, or another one that goes no farther may, but for those
  * that turn past each other; of what came late, whether it presses, and takes the bodies deeper
  * into each other than that share of their size. */
@@ -179,9 +255,7 @@ static perp_status add_spare(perp_world *world, int32_t body)
     return status;
 }
 
-/* Motions that the islands changed: all others are what they were. One that goes nowhere that the
- * one before did not, but for what is less than rounding of where points of the body are, is
- * covered by what covers that. */
+/* Motions that the islands changed: all others are what they were. */
 static perp_status look_for_new_motions(perp_world *world, double h)
 {
     perp_status status = PERP_OK;
@@ -189,22 +263,11 @@ static perp_status look_for_new_motions(perp_world *world, double h)
     for (int32_t i = perp__count_members(world); i-- > 0 && status == PERP_OK;) {
         const int32_t body = world->body_order[i];
         perp__motion *motion = &world->motions[body];
-        const double *moving = motion->moving, *before = motion->tried;
-        int32_t covered = 1;
 
-        if (memcmp(before, moving, sizeof motion->tried) == 0)
+        if (memcmp(motion->tried, motion->moving, sizeof motion->tried) == 0)
             continue;
-        for (int32_t k = 0; k < 6; k++) {
-            const double low = before[k] < 0.0 ? before[k] : 0.0, high = before[k] - low;
-            const double size = k < 3 ? world->bodies[body].radius : 1.0;
-
-            covered = covered && ((moving[k] >= low && moving[k] <= high) ||
-                                  h * fabs(moving[k]) <= 0.5 * DBL_EPSILON * size);
-        }
-        memcpy(motion->tried, moving, sizeof motion->tried);
+        memcpy(motion->tried, motion->moving, sizeof motion->tried);
         world->moved[body] = world->rounds;
-        if (covered)
-            continue;
         motion->enclosed = 0;
         if (!(perp__longest_displacement(world, body, h) < motion->spare))
             status = add_spare(world, body);
@@ -212,76 +275,54 @@ static perp_status look_for_new_motions(perp_world *world, double h)
     return status;
 }
 
-/* Those that may meet, or be turned deeper into each other, in the order of all pairs. */
-static void list_watched(perp_world *world)
-{
-    world->watched_count = 0;
-    for (int32_t i = 0; i < world->pair_count; i++) {
-        const perp__pair *pair = perp__ordered_pair(world, i);
-        perp__watched_pair *open = &world->watched_pairs[world->watched_count];
-
-        open->pair = world->pair_order[i].value;
-        for (int32_t side = 0; side < 2; side++) {
-            open->body[side] = pair->body[side];
-            open->reach[side] = pair->reach[side];
-        }
-        open->lead = pair->collision.lead;
-        perp__copy3(open->apart, pair->collision.apart);
-        world->watched_count += pair->open || pair->reach[0] > 0.0 || pair->reach[1] > 0.0;
-    }
-}
-
-/* Which of them meet, or sink into each other, of bodies whose motion is not the one that was
- * looked at last: listed behind all, as far behind as the share begins. */
+/* Pairs that meet, or sink into each other, of bodies whose motion is not the one that was looked
+ * at last: listed from where the share begins. */
 static void collision_share(perp_world *world, perp__share *share, double h)
 {
-    perp__watched_pair *listed = world->watched_pairs + world->pair_capacity + share->first;
+    int32_t *met = world->met_pairs + share->first;
 
     share->count = 0;
     for (int32_t i = share->first; i < share->end; i++) {
-        perp__watched_pair *open = &world->watched_pairs[i];
-        perp__pair *pair = &world->pairs[open->pair];
-        const double *from = world->motions[open->body[0]].moving;
-        const double *to = world->motions[open->body[1]].moving;
+        perp__pair *pair = perp__ordered_pair(world, i);
+        const double *from = world->motions[pair->body[0]].moving;
+        const double *to = world->motions[pair->body[1]].moving;
         double displacement[3], turning;
 
-        /* what moves as it did, and what the plane found before still keeps apart */
-        if (world->moved[open->body[0]] < world->rounds &&
-            world->moved[open->body[1]] < world->rounds)
+        /* what moves as it did, or turns nothing, and what the plane found before keeps apart */
+        if ((world->moved[pair->body[0]] < world->rounds &&
+             world->moved[pair->body[1]] < world->rounds) ||
+            !(pair->open || pair->reach[0] > 0.0 || pair->reach[1] > 0.0))
             continue;
         for (int32_t k = 0; k < 3; k++)
             displacement[k] = h * to[k] - h * from[k];
-        turning = perp__turning(world, open->body[0], open->reach[0], h) +
-                  perp__turning(world, open->body[1], open->reach[1], h);
+        turning = perp__turning(world, pair->body[0], pair->reach[0], h) +
+                  perp__turning(world, pair->body[1], pair->reach[1], h);
         if (pair->joined >= MAX_JOINS ||
-            perp__stay_apart(open->apart, open->lead, displacement, turning))
+            perp__stay_apart(pair->collision.apart, pair->collision.lead, displacement, turning))
             continue;
         if (has_points(pair) ? perp__pair_sinks(world, pair, h)
                              : perp__pair_collides(world, pair, h))
-            listed[share->count++] = *open;
+            met[share->count++] = world->pair_order[i].value;
     }
 }
 
-/* Collisions of the watched pairs. */
+/* Collisions of pairs. */
 static perp_status join_collisions(perp_world *world, double h)
 {
     perp_status status = perp__enclose_changes(world, h);
-    perp__watched_pair *met;
+    int32_t *const met = world->met_pairs;
     perp__share all = {0};
     int32_t lanes;
 
     if (status != PERP_OK || world->pair_count == 0)
         return status;
 
-    /* 1. those that meet, listed behind the others */
-    if (world->watched_count < 0)
-        list_watched(world);
-    met = world->watched_pairs + world->pair_capacity;
-    lanes = perp__share_out(world, world->watched_count, collision_share, h);
-    all.end = lanes == 0 ? world->watched_count : 0;
+    /* 1. those that meet */
+    lanes = perp__share_out(world, world->pair_count, collision_share, h);
+    all.end = lanes == 0 ? world->pair_count : 0;
     collision_share(world, &all, h);
     for (int32_t k = 0; k < lanes; k++) {
-        const perp__share *share = perp__share_of(world, k);
+        const perp__share *share = &world->lanes[k].share;
 
         memmove(met + all.count, met + share->first, (size_t)share->count * sizeof *met);
         all.count += share->count;
@@ -289,11 +330,11 @@ static perp_status join_collisions(perp_world *world, double h)
 
     /* 2. they join */
     for (int32_t i = 0; i < all.count && status == PERP_OK; i++) {
-        perp__pair *pair = &world->pairs[met[i].pair];
+        perp__pair *pair = &world->pairs[met[i]];
 
         status = join_pair(world, pair, h);
         if (pair->plane) /* again in the next round, whether the motion changes or not */
-            world->moved[met[i].body[0]] = world->rounds + 1;
+            world->moved[pair->body[0]] = world->rounds + 1;
     }
     return status;
 }

@@ -10,8 +10,6 @@
 #include "world/joints/joints.h"
 
 #include "base/groups.h"
-#include "linalg/spatial.h"
-#include "world/islands/contact_rows.h"
 
 /* Turns of both bodies and, of the normal, that which both have in common: before the interval, and
  * in half of it; *angle: that of all of these. Returns 0 where there are none. */

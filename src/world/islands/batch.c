@@ -1,5 +1,5 @@
 /* Islands that wait, each in its workspace, to be swept side by side (contact/coloured). */
-#include "world/islands/batch.h"
+#include "world/islands/lanes.h"
 
 #include "base/context.h"
 #include "world/islands/islands.h"

@@ -1,13 +1,5 @@
 /* What carries an island, and whether it lies with that motion still: whether the impulses of the
  * last step, as they are, balance what forces do in this one. */
-#include "world/islands/standing.h"
-
-#include <math.h>
-#include <string.h>
-
-#include "base/outcome.h"
-#include "linalg/spatial.h"
-#include "world/islands/contact_rows.h"
 #include "world/joints/joints.h"
 
 /* ---- what carries an island ---- */
@@ -291,10 +283,10 @@ static void lie(perp_world *world, const perp__island *island, const perp__carry
     }
 }
 
-/* What the impulses of the last step leave of the forces of the island, or of its bodies that were
- * changed since; INFINITY where they are none of this step's. */
+/* What the impulses of the last step leave of the forces of the island; INFINITY where they are
+ * none of this step's. */
 static double last_unbalance(perp_world *world, const perp__island *island,
-                             const perp__carrying *carrying, int32_t swept, int32_t all)
+                             const perp__carrying *carrying, int32_t swept)
 {
     double *sums = world->work.forces, left = 0.0;
 
@@ -304,19 +296,14 @@ static double last_unbalance(perp_world *world, const perp__island *island,
         const perp__tie *tie = perp__step_tie(world, island, i);
         perp__response *response = perp__step_response(world, island, i);
 
-        if (!all && world->roles[tie->body[0]].repeats && world->roles[tie->body[1]].repeats)
-            continue;
         if (!obeys(world, contact, response->remembered, swept && tie->deep))
             return INFINITY;
         perp__copy3(response->next, response->remembered);
         press(world, contact, response->next, sums);
     }
-    for (int32_t i = 0; i < island->bodies && left <= PERP__BALANCED; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
-
-        if (all || !world->roles[body].repeats)
-            perp__raise_to(&left, unbalance(world, carrying, body, sums + NUMBERS * i));
-    }
+    for (int32_t i = 0; i < island->bodies && left <= PERP__BALANCED; i++)
+        perp__raise_to(&left, unbalance(world, carrying, world->body_order[island->first_body + i],
+                                        sums + NUMBERS * i));
     return left;
 }
 
@@ -330,9 +317,7 @@ perp_status perp__lie_still(perp_world *world, const perp__island *island, int32
     if ((world->settings.cone != 0 && !world->settings.planar) ||
         !perp__begins_standing(world, island, 0, &carrying) || carrying.parts)
         return PERP_OK;
-    left = last_unbalance(world, island, &carrying, swept, 0);
-    if (left <= 2.0 * PERP__BALANCED) /* their sums are in another order there */
-        left = last_unbalance(world, island, &carrying, swept, 1);
+    left = last_unbalance(world, island, &carrying, swept);
     if (!(left <= PERP__BALANCED))
         status = perp__stand_as_decided(world, island, &carrying, swept, &left);
     if (status != PERP_OK || !(left <= PERP__BALANCED))

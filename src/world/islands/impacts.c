@@ -17,12 +17,7 @@
  * pile forces make nothing of u_n, as all of it would fall alike. Where it lies on something a_n is
  * what they make of either body there; where it falls nothing ends a bounce but rounding. */
 #include "world/joints/joints.h"
-#include "world/islands/standing.h"
 
-#include <math.h>
-#include <string.h>
-
-#include "linalg/spatial.h"
 #include "linalg/matrix.h"
 #include "step/impact.h"
 
@@ -530,8 +525,8 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
             return status;
     } while (!done);
     /* 3. What the island has come to. */
-    if (verdict->impacts > 0) /* else the interval is the step */
-        perp__mean_motion(world, island, h);
+    for (int32_t i = 0; i < world->dof * island->bodies && verdict->impacts > 0; i++)
+        work->moving[i] = work->drift[i] / h; /* else the interval is the step */
     perp__write_twists(world, island);
     perp__write_velocities(world, island);
     return PERP_OK;

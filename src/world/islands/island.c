@@ -3,8 +3,6 @@
  * lowest body slot, bodies and contacts within an island keep their order. */
 #include "world/joints/joints.h"
 
-#include <string.h>
-
 #include "base/groups.h"
 
 static int32_t joins(const perp__contact_set *set, int32_t i, int32_t pressing)

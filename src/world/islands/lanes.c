@@ -3,13 +3,11 @@
  * before. So the bits are those of one thread, whichever lane an island goes to. One that dwarfs
  * the others is the caller's thread's, whose sweeps all take part in (contact/coloured). */
 #include "world/islands/lanes.h"
-#include "world/islands/batch.h"
 #include "world/joints/joints.h"
 
 /* Contacts and bodies below which islands, and pairs or bodies below which ranges of them, are not
- * worth waking a thread for; and how many runs of islands a lane gets: some islands cost more. */
+ * worth waking a thread for. */
 #define FEW 128
-#define RUNS 4
 
 /* Points of eight contacts from which on all threads may sweep one island: of our own; and a
  * caller's, whose `run` is called for each colour in each pass, for some twenty microseconds of
@@ -84,25 +82,6 @@ int32_t perp__shares_islands(const perp_world *world)
            world->budget.iterations == INT64_MAX;
 }
 
-/* The first island of a run: as many contacts and bodies in each. */
-static int32_t first_of(const perp_world *world, int32_t run, int32_t runs)
-{
-    const perp__island *last = world->islands + world->island_count - 1;
-    const int64_t all = (int64_t)last->first_body + last->first_contact;
-    int32_t low = 0, high = world->island_count;
-
-    while (low < high && run < runs) {
-        const int32_t middle = low + (high - low) / 2;
-        const perp__island *island = &world->islands[middle];
-
-        if (((int64_t)island->first_body + island->first_contact) * runs < all * run)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return high;
-}
-
 static int32_t is_kinematic(const perp_world *world, int32_t body)
 {
     return world->bodies[body].kind == PERP_BODY_KINEMATIC;
@@ -140,7 +119,6 @@ static void solve_lane(int32_t k, void *data)
 {
     const job *at = data;
     perp__lane *lane = &at->world->lanes[k];
-    const int32_t lanes = at->world->lane_count, runs = RUNS * lanes;
     const perp_world own = lane->world;
 
     /* the world as it is, with the lane's own things */
@@ -157,13 +135,9 @@ static void solve_lane(int32_t k, void *data)
     PERP__THEN(lane->status, perp__fit_batch(&lane->world));
     if (lane->status != PERP_OK)
         lane->last = 0;
-    for (int32_t run = k; run < runs && lane->last < 0; run += lanes) {
-        const int32_t end = first_of(&lane->world, run + 1, runs);
-
-        for (int32_t i = first_of(&lane->world, run, runs); i < end && lane->last < 0; i++)
-            if (!stays(at->world, &at->world->islands[i]))
-                lane->status = perp__solve_one(&lane->world, i, at->h, &lane->last);
-    }
+    for (int32_t i = k; i < at->world->island_count && lane->last < 0; i += at->world->lane_count)
+        if (!stays(at->world, &at->world->islands[i]))
+            lane->status = perp__solve_one(&lane->world, i, at->h, &lane->last);
     lane->status = perp__end_solving(&lane->world, at->h, lane->status, &lane->last);
 }
 
@@ -210,11 +184,6 @@ static void work_on_share(int32_t k, void *data)
     const job *at = data;
 
     at->work(at->world, &at->world->lanes[k].share, at->h);
-}
-
-perp__share *perp__share_of(const perp_world *world, int32_t lane)
-{
-    return &world->lanes[lane].share;
 }
 
 int32_t perp__share_out(perp_world *world, int32_t count, perp__range work, double h)

@@ -2,11 +2,6 @@
  * part, and what its answer makes of bodies and contacts. Bodies are numbered within the island;
  * after them come carriers, which move as they are told (contact.h). */
 #include "world/joints/joints.h"
-#include "world/islands/contact_rows.h"
-
-#include <string.h>
-
-#include "linalg/spatial.h"
 
 static void lay_out(perp__arena *arena, void *object)
 {
@@ -83,7 +78,6 @@ double perp__closed_gap(const perp_world *world, const perp__world_contact *cont
     return fmax(contact->rounding, perp__swept_tol(world) * perp__deep_overlap(contact));
 }
 
-/* The coordinates of a twist. */
 void perp__coordinates_of(const perp_world *world, const double *twist, double *x)
 {
     if (world->dof == 6) {
@@ -151,7 +145,6 @@ int32_t perp__number_of(perp_world *world, const perp__island *island, int32_t b
     return motion->carrier;
 }
 
-/* Bodies and carriers of the island, where they are and how they start. */
 void perp__gather_bodies(perp_world *world, const perp__island *island)
 {
     perp__island_work *work = &world->work;
@@ -241,7 +234,6 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
     perp__add_joint_rows(world, island);
 }
 
-/* The problem of the chosen rows with `free` velocities. */
 void perp__pose_island(perp_world *world, const perp__island *island, perp__rigid_problem *problem)
 {
     perp__island_work *work = &world->work;
@@ -293,15 +285,6 @@ void perp__take_answer(perp_world *world, const perp__island *island)
         response->mode = work->modes[i];
     }
     perp__add_joint_impulses(world, work->impulse + 3 * work->count, 1.0);
-}
-
-/* The motion of the step: the ways of its intervals over all of it. */
-void perp__mean_motion(perp_world *world, const perp__island *island, double h)
-{
-    perp__island_work *work = &world->work;
-
-    for (int32_t i = 0; i < world->dof * island->bodies; i++)
-        work->moving[i] = work->drift[i] / h;
 }
 
 void perp__write_velocities(perp_world *world, const perp__island *island)

@@ -15,13 +15,7 @@
  * One with impacts is cut there (impacts.c). */
 #include "world/joints/joints.h"
 
-#include <math.h>
-#include <string.h>
-
-#include "world/islands/batch.h"
-#include "world/islands/contact_rows.h"
 #include "world/islands/lanes.h"
-#include "world/islands/standing.h"
 
 int32_t perp__goes_freely(const perp_world *world, int32_t body)
 {
@@ -93,7 +87,7 @@ static perp_status keep_sweep(perp_world *world, const perp__island *island, dou
 {
     verdict->sketched =
         !verdict->stands &&
-        (perp__is_sketch(world) || (perp__is_worth_both(world, island) &&
+        (perp__is_sketch(world) || (perp__is_few(world, island, perp__level_of(world)->few) &&
                                     (!perp__is_good(verdict->outcome) || verdict->settles)));
     if (world->sketches || !verdict->sketched)
         return PERP_OK;

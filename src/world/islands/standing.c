@@ -1,14 +1,5 @@
 /* The question whether an island stands, put to contact/statics: anew, or to what of the forces
  * changed since it was decided. */
-#include "world/islands/standing.h"
-
-#include <math.h>
-#include <stddef.h>
-#include <string.h>
-
-#include "base/outcome.h"
-#include "linalg/spatial.h"
-#include "world/islands/contact_rows.h"
 #include "world/joints/joints.h"
 
 /* Products of a factorisation up to which it is asked whether an island stands: some .4 s, for a

@@ -1,14 +1,10 @@
 /* What an island's velocities may cost: the level of accuracy, and the budget that it gives to
  * islands that are large. */
-#include "world/islands/batch.h"
-#include "world/islands/contact_rows.h"
-
-#include <math.h>
-#include <string.h>
+#include "world/islands/lanes.h"
 
 #include "step/impact.h"
-#include "world/islands/standing.h"
 #include "world/joints/joints.h"
+#include "base/clock.h"
 
 /* The heaviest body of an island over its lightest from which on sweeps get nowhere. */
 #define LARGE_RATIO 1e3
@@ -59,13 +55,12 @@ double perp__swept_tol(const perp_world *world)
                : perp__level_of(world)->tol;
 }
 
-/* A joint is as many rows as two contacts. */
-static int32_t is_few(const perp_world *world, const perp__island *island, int32_t most)
+int32_t perp__is_few(const perp_world *world, const perp__island *island, int32_t most)
 {
     return island->contacts + 2 * island->joints <= most * (world->settings.planar ? 4 : 1);
 }
 
-/* Whether sweeps serve for a few bodies as well: where they are cheaper beside others (batch.h),
+/* Whether sweeps serve for a few bodies as well: where they are cheaper beside others (lanes.h),
  * and no impact has an instant to be found. */
 static int32_t sweeps_few(const perp_world *world, const perp__island *island)
 {
@@ -83,14 +78,9 @@ int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island
     return (settings->accuracy == PERP_ACCURACY_EXACT && !world->sketches &&
             !perp__is_time_over(world)) ||
            (settings->cone != 0 && !settings->planar) || island->contacts == 0 ||
-           ((island->bodies <= FEW_BODIES || is_few(world, island, PERP__FEW_CONTACTS)) &&
+           ((island->bodies <= FEW_BODIES || perp__is_few(world, island, PERP__FEW_CONTACTS)) &&
             !sweeps_few(world, island)) ||
            (island->joints == 0 && mass_ratio(world, island, 1) >= LARGE_RATIO);
-}
-
-int32_t perp__is_worth_both(const perp_world *world, const perp__island *island)
-{
-    return is_few(world, island, perp__level_of(world)->few);
 }
 
 /* Contacts with restitution that pressed and had come faster than what the forces make. */
@@ -148,8 +138,7 @@ static perp_status bounce(perp_world *world, const perp__island *island, perp__r
     return status;
 }
 
-/* Biases of the step: what gaps leave. */
-static void close_gaps(perp_world *world, const perp__island *island, double h)
+void perp__close_gaps(perp_world *world, const perp__island *island, double h)
 {
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
@@ -333,7 +322,7 @@ static perp_status measure_again(perp_world *world, const perp__island *island, 
 {
     const perp__passes passes = {.h = 1.0, .measures = 1};
 
-    close_gaps(world, island, h);
+    perp__close_gaps(world, island, h);
     memcpy(world->work.warm, world->work.impulse, 3 * (size_t)world->work.units * sizeof(double));
     return perp__coloured_step(&world->coloured, answer, NULL, problem, &passes);
 }
@@ -347,7 +336,7 @@ static void finish(perp_world *world, const perp__island *island, double h, perp
     if (verdict->stands) /* where it is: to lift it would be work */
         memcpy(work->moving, work->v, numbers * sizeof(double));
     else if (verdict->impacts == 0)
-        close_gaps(world, island, h);
+        perp__close_gaps(world, island, h);
     for (int32_t i = 0; i < island->contacts; i++) {
         perp__response *response = perp__step_response(world, island, i);
 
@@ -382,7 +371,7 @@ perp_status perp__begin_sweep(perp_world *world, const perp__island *island, dou
         perp__carried_twist(world, carrying, work->members[i], h,
                             perp__island_motion(world, island, i)->trial);
     pose_rows(world, island, h);
-    close_gaps(world, island, h);
+    perp__close_gaps(world, island, h);
     status = perp__stand(world, island, carrying, verdict);
     if (!verdict->stands && island->joints > 0)
         perp__begin_joints(world, island, h, 0);
@@ -427,7 +416,7 @@ perp_status perp__end_sweep(perp_world *world, const perp__island *island, doubl
         if (island->joints == 0) /* what moves as it is told has its numbers among others */
             perp__gather_bodies(world, island);
         pose_rows(world, island, h);
-        close_gaps(world, island, h);
+        perp__close_gaps(world, island, h);
         status = perp__stand(world, island, &sweeping->carrying, verdict);
     }
     if (status == PERP_OK)
@@ -471,4 +460,84 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     if (status == PERP_OK && !verdict->stands)
         verdict->rough |= island->joints > 0 && perp__is_rough(&rounds);
     return status == PERP_OK ? perp__end_sweep(world, island, h, verdict, &sweeping) : status;
+}
+
+/* ---- what a step may spend: without a time limit nothing here reads the clock ---- */
+
+/* The part of a step's time that its velocities may take; the rest moves and projects. */
+#define VELOCITIES 0.7
+
+/* Residuals are from the measured curve, bench/results/world.txt; docs/world.md has the table. */
+const perp__level perp__levels[] = {
+    {.looks = 2, .deep = 1e-2, .tol = 1e-2, .sweeps_few = 1, .few = 8, .rounds = 2},
+    {.looks = 3, .deep = 5e-3, .tol = 1e-3, .few = 40, .rounds = 2},
+    {.looks = 4, .deep = 1e-3, .tol = 1e-6, .few = 64, .rounds = 5},
+    {.looks = 24, .deep = 0.0, .tol = 0.0, .few = 64, .rounds = 24},
+};
+
+const perp__level *perp__level_of(const perp_world *world)
+{
+    return &perp__levels[perp__is_sketch(world) ? PERP_ACCURACY_ACCURATE
+                                                : world->settings.accuracy];
+}
+
+void perp__open_budget(perp_world *world)
+{
+    const perp_world_settings *settings = &world->settings;
+    perp__budget *budget = &world->budget;
+
+    budget->limited = settings->time_limit > 0.0;
+    budget->iterations = settings->max_iterations > 0 ? settings->max_iterations : INT64_MAX;
+    budget->spent = 0;
+    budget->deadline = budget->until = 0.0;
+    if (budget->limited)
+        budget->deadline = perp__now() + settings->time_limit;
+}
+
+void perp__open_velocities(perp_world *world)
+{
+    perp__budget *budget = &world->budget;
+
+    if (budget->limited)
+        budget->until = budget->deadline - (1.0 - VELOCITIES) * (budget->deadline - perp__now());
+}
+
+int32_t perp__is_time_over(const perp_world *world)
+{
+    return world->budget.limited && perp__now() >= world->budget.deadline;
+}
+
+int32_t perp__is_budget_spent(const perp_world *world)
+{
+    return world->budget.iterations == 0 || perp__is_time_over(world);
+}
+
+double perp__island_deadline(const perp_world *world, const perp__island *island)
+{
+    const perp__budget *budget = &world->budget;
+    const int32_t left =
+        world->island_count > 0 ? world->budget.contacts : island->contacts + island->joints;
+    double now;
+
+    if (!budget->limited)
+        return 0.0;
+    now = perp__now();
+    return now + fmax(budget->until - now, 0.0) * (island->contacts + island->joints) /
+                     (left > 0 ? left : 1);
+}
+
+void perp__spend(perp_world *world, int64_t iterations)
+{
+    perp__budget *budget = &world->budget;
+
+    budget->spent += iterations;
+    if (budget->iterations < INT64_MAX)
+        budget->iterations -= iterations < budget->iterations ? iterations : budget->iterations;
+}
+
+int32_t perp__iterations_left(const perp_world *world)
+{
+    const int64_t left = world->budget.iterations;
+
+    return left == INT64_MAX ? 0 : left < 1 ? 1 : left > INT32_MAX ? INT32_MAX : (int32_t)left;
 }

@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "contact/coloured/coloured.h"
-#include "world/islands/contact_rows.h"
 #include "world/joints/joints.h"
 
 /* A pass more or less doubles the digits; one that has to be shortened to this takes nothing, and

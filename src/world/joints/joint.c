@@ -1,12 +1,7 @@
 /* Joints: adding, removing, reading and changing what may change. */
-#include <math.h>
-#include <string.h>
-
 #include "base/groups.h"
-#include "base/arena.h"
 #include "base/check.h"
 #include "base/context.h"
-#include "linalg/spatial.h"
 #include "world/joints/joints.h"
 
 PERP__INIT(perp_joint_state)

@@ -105,7 +105,6 @@ void perp__judge_equations(perp_world *world, const perp__island *island, double
 perp_status perp__solve_equations(perp_world *world, const perp__island *island, int32_t passes,
                                   double *residual);
 
-/* bounds.c */
 /* The velocities of rows that are all of joints; *found: 0 where contacts are, or where exchanges
  * come to no end. */
 perp_status perp__solve_bounds(perp_world *world, const perp__island *island,

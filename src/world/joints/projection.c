@@ -14,8 +14,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "world/islands/contact_rows.h"
-#include "world/islands/standing.h"
 #include "world/joints/joints.h"
 
 static double tolerance_of(const perp__joint_view *view, double most, int32_t is_length)

@@ -19,11 +19,6 @@
  * without length they are the rates of C. */
 #include "world/joints/joints.h"
 
-#include <math.h>
-#include <string.h>
-
-#include "linalg/spatial.h"
-
 /* Two bodies in place, or on their ways. */
 typedef struct pair_of_poses {
     const perp__path *path[2];

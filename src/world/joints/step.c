@@ -5,11 +5,8 @@
 #include "world/joints/joints.h"
 
 #include <float.h>
-#include <math.h>
-#include <string.h>
 
 #include "base/groups.h"
-#include "linalg/spatial.h"
 
 /* Joints are out of place by less than this angle, below which two directions are one. Rows that
  * repeat others, as those of hinges in a loop do, come near to them by that times the number of
@@ -63,7 +60,6 @@ static void fill_row(perp_world *world, const perp__island *island, const perp__
     }
 }
 
-/* A distance of 0 has no direction. */
 int32_t perp__has_direction(const perp__joint_view *view)
 {
     const double(*row)[6] = view->rows[PERP__JOINT_ROWS];

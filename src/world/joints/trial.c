@@ -19,11 +19,8 @@
 #include "world/joints/joints.h"
 
 #include <float.h>
-#include <math.h>
-#include <string.h>
 
 #include "linalg/matrix.h"
-#include "linalg/spatial.h"
 
 /* Change of the motion, in radians and sizes, that ends rounds of what swings, to keep its energy;
  * of other motions, known to the exact tol, that is enough. */
@@ -60,8 +57,6 @@ static void pose_along(const perp_world *world, int32_t body, double t, perp__pl
         perp__rotation_of(world, &state, pose->rotation);
 }
 
-/* The turn that two bodies have in common: of all between their turns the least. What turns as one
- * takes its contacts along, a wheel's stays below it, and that of gears between them. */
 void perp__common_turn(double *turn, const double *a, const double *b)
 {
     double d[3], square;
@@ -437,7 +432,6 @@ static int32_t reach_limits(perp_world *world, const perp__island *island, doubl
     return came;
 }
 
-/* Joints where they are, for all of the interval. */
 void perp__stop_trial(perp_world *world, const perp__island *island)
 {
     for (int32_t i = 0; i < island->bodies; i++)
