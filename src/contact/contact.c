@@ -200,10 +200,12 @@ static perp_status check_method(perp_contact_solver *solver, perp__contact_slot 
                               "settings.method %s needs W, which has more than 2^31 entries",
                               perp_contact_method_text(slot->method->id));
     *suits = *suits && made && status == PERP_OK;
-    if (*suits && is_chosen)
-        status = slot->method->check(&solver->problem);
-    else if (*suits)
-        *suits = slot->method->check(&solver->problem) == PERP_OK;
+    if (*suits && slot->method->check) {
+        const perp_status found = slot->method->check(&solver->problem);
+
+        *suits = found == PERP_OK;
+        status = is_chosen ? found : PERP_OK;
+    }
     return status;
 }
 

@@ -16,7 +16,7 @@
 #include "contact/polish.h"
 #include "lcp/lcp.h"
 
-#define PERP__CONTACT_METHODS 4
+enum { PERP__CONTACT_METHODS = 4 };
 
 enum perp__contact_entrance {
     PERP__NO_PROBLEM = 0,
@@ -146,6 +146,7 @@ struct perp_contact_solver {
     double *q, *scale, *high, *low;
     double *load; /* |q|, or what rounding may have made of it in units of tol, if that is more */
     double *r, *u, *start;   /* the point under evaluation */
+    double *warm;            /* rigid bodies: impulses to start from */
     double *push, *push_low; /* n: work */
     double *v, *v_low;       /* of the last evaluation; before one, without contacts: is_free */
     double *best_v;

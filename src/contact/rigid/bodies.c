@@ -48,7 +48,7 @@ PERP__KERNEL static void add_constraint(perp__bodies *b, const perp__rigid_probl
         const int32_t side = turn ^ first, body = g->body[side];
         const double *C;
 
-        if (body < 0 || body >= b->blocks)
+        if (!perp__rigid_moves(problem, body))
             continue;
         C = problem->factors + (size_t)body * (size_t)(width * width);
         b->piece_blocks[piece] = body;

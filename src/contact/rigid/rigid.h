@@ -5,14 +5,6 @@
 
 #include "contact/solver.h"
 
-struct perp__rigid_solver {
-    perp_contact_solver *solver;
-    perp__arena arena;
-    double *warm; /* rows */
-    int32_t room;
-    int32_t is_set_up;
-};
-
 /* v and q of the free velocities, and in `load` the sizes of the terms of q. */
 void perp__rigid_load(perp_contact_solver *solver);
 

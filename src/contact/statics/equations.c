@@ -7,7 +7,6 @@
 #include "base/context.h"
 #include "base/sort.h"
 #include "contact/statics/interior.h"
-#include "contact/tuning.h"
 #include "linalg/doubled.h"
 #include "linalg/lanes/lanes.h"
 

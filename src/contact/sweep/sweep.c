@@ -19,12 +19,6 @@
  * then may still come to an end before so many, which are cheap beside what follows. */
 #define PATIENCE 160
 
-static perp_status check(const perp__contact_problem *problem)
-{
-    (void)problem; /* every one that the front door lets through, with the exact cone */
-    return PERP_OK;
-}
-
 /* Whether what is left is more than the limit leaves room for, at the rate since there were a
  * quarter as many sweeps: over less they often stand still, and go on. */
 static int32_t is_too_slow(perp__sweep_work *work, int64_t limit)
@@ -182,6 +176,5 @@ const perp__contact_method perp__contact_sweep = {.id = PERP_CONTACT_METHOD_SWEE
                                                   .work_size = sizeof(perp__sweep_work),
                                                   .attempts = 1,
                                                   .lays_out_by_size = 1,
-                                                  .check = check,
                                                   .layout = perp__sweep_layout,
                                                   .solve = solve};

@@ -192,8 +192,7 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
                              perp__verdict *verdict);
 
 /* hold.c */
-/* Velocities in what the rows that hold leave free, where they are an answer to tol as well: then
- * answer->held. */
+/* Velocities in what the rows that hold leave free, where they are an answer to tol as well. */
 perp_status perp__hold_island(perp_world *world, const perp__island *island,
                               perp__rigid_answer *answer, const perp__rigid_problem *problem,
                               double tol);
