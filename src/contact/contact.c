@@ -48,15 +48,8 @@ static perp__contact_slot *slot_of(perp_contact_solver *solver, int32_t method)
     return NULL;
 }
 
-/* Lays out the method's workspace for this set-up, once; what was laid out for an earlier one of
- * rigid bodies may serve. */
 static perp_status fit(perp_contact_solver *solver, perp__contact_slot *slot)
 {
-    if (slot->space.fitted > 0 && slot->method->lays_out_by_size &&
-        solver->entrance == PERP__ENTRANCE_RIGID &&
-        memcmp(slot->sizes, solver->sizes, sizeof slot->sizes) == 0)
-        slot->space.fitted = solver->setups;
-    memcpy(slot->sizes, solver->sizes, sizeof slot->sizes);
     return perp__workspace_fit(&slot->space, solver->context, slot->method->work_size,
                                slot->method->layout, &solver->problem, solver->setups);
 }

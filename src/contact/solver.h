@@ -37,8 +37,7 @@ typedef struct perp__contact_worth {
 typedef struct perp__contact_slot {
     const perp__contact_method *method;
     perp__workspace space;
-    size_t sizes[5]; /* of the set-up it was made for */
-    int64_t spent;   /* iterations of this call */
+    int64_t spent; /* iterations of this call */
 } perp__contact_slot;
 
 typedef struct perp__contact_candidate {
@@ -103,7 +102,7 @@ struct perp_contact_solver {
     PERP__HANDLE;
     perp_contact_settings settings;
     perp__arena arena;
-    size_t sizes[5], fitted[5]; /* of rigid bodies; and what arena was laid out for: rigid.c */
+    size_t fitted[4];                        /* rigid bodies: what arena was laid out for */
     const struct perp__rigid_problem *rigid; /* with its entrance, during a call */
     int32_t proves;                          /* proofs of infeasibility are looked for */
     int32_t brief;                           /* as perp__rigid_problem's */

@@ -6,9 +6,7 @@
 /* Of a colour: by points, then by those that press. */
 enum { RANKS = PERP__PAIR_POINTS * (PERP__PAIR_POINTS + 1), KEYS = PERP__COLOURS * RANKS };
 
-/* Points, of eight contacts each, from which on a problem is large; and how many are worth a
- * piece of their own. */
-#define LARGE 128
+/* Points that are worth a piece of their own. */
 #define PIECE 8
 
 static void lay_out_lists(perp__arena *arena, void *object)
@@ -249,7 +247,7 @@ perp_status perp__coloured_pack(perp__coloured *c)
         return status;
     /* 3. A piece has all points of a colour, or so many at least that a colour has no more pieces
      * than there is room for. */
-    c->is_large = c->points >= LARGE && c->parts == 1;
+    c->is_large = c->points >= PERP__PIECE_BODIES && c->parts == 1;
     c->rows = c->bodies + (c->is_large ? PERP__COLOURED_PIECES : 1);
     size = 1 + c->points / PERP__COLOURED_PIECES;
     size = !c->is_large ? INT32_MAX : size > PIECE ? size : PIECE;

@@ -14,8 +14,8 @@
 #include "contact/law.h"
 #include "contact/proximal/proximal.h"
 
-#define MOST_RHO 1e13
-#define REFINED 1e4 /* rho from which on solutions are refined */
+#define MOST_RHO (1.0 / PERP__RIDGE) /* which is that beside a unit diagonal */
+#define REFINED 1e4                  /* rho from which on solutions are refined */
 #define SLOW 0.7
 #define WORSE 3.0
 

@@ -20,10 +20,11 @@
 #include "base/context.h"
 #include "contact/law.h"
 
-/* Stiffness of the sweeps that Newton's method starts from, and of its first centre. */
+/* Stiffness of the sweeps that Newton's method starts from, of its first centre, and of that from
+ * where an answer is near: each so much more. */
 #define SECOND_RHO 30.0
-#define CENTRE_RHO 100.0
-#define WARM_RHO 1e3
+#define CENTRE_RHO (PERP__FIRST_RHO * PERP__FIRST_RHO)
+#define WARM_RHO (PERP__FIRST_RHO * CENTRE_RHO)
 
 /* Who asks for less than this, or for this method, has what a few more steps give, down to
  * rounding. */
@@ -219,7 +220,7 @@ static void release(void *work)
 }
 
 const perp__contact_method perp__contact_proximal = {
-    PERP_CONTACT_METHOD_PROXIMAL, sizeof(perp__proximal), 2,      0, 0, check,
+    PERP_CONTACT_METHOD_PROXIMAL, sizeof(perp__proximal), 2,      0, check,
     perp__proximal_layout,        solve_proximal,         release};
 
 const perp__contact_method perp__contact_admm = {.id = PERP_CONTACT_METHOD_ADMM,

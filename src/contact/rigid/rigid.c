@@ -4,7 +4,6 @@
 
 #include <math.h>
 
-
 static void read_bounds(perp_contact_solver *s, const perp__rigid_problem *problem)
 {
     for (int32_t k = 0; k < problem->contacts && s->has_bounds; k++)
@@ -29,13 +28,9 @@ static perp_status set_up(perp_contact_solver *s, const perp__rigid_problem *pro
     s->constraints = s->bodies.constraints;
     s->n = s->bodies.n;
     s->setups++;
-    s->sizes[0] = (size_t)s->contacts;
-    s->sizes[1] = (size_t)s->size;
-    s->sizes[2] = (size_t)s->constraints;
-    s->sizes[3] = (size_t)s->n;
-    s->sizes[4] = (size_t)s->bodies.blocks;
-    status = perp__arena_fit_sizes(&s->arena, s->context, perp__contact_lay_out, s, s->fitted,
-                                   s->sizes, 5);
+    status = perp__arena_fit_sizes(
+        &s->arena, s->context, perp__contact_lay_out, s, s->fitted,
+        (size_t[]){(size_t)s->contacts, (size_t)s->size, (size_t)s->constraints, (size_t)s->n}, 4);
     if (status != PERP_OK)
         return status;
     /* what laws are to the public entrance */

@@ -175,6 +175,5 @@ static perp_status solve(void *object, perp__contact_iterate *iterate)
 const perp__contact_method perp__contact_sweep = {.id = PERP_CONTACT_METHOD_SWEEP,
                                                   .work_size = sizeof(perp__sweep_work),
                                                   .attempts = 1,
-                                                  .lays_out_by_size = 1,
                                                   .layout = perp__sweep_layout,
                                                   .solve = solve};
