@@ -7,7 +7,6 @@
 #include "base/clock.h"
 #include "base/context.h"
 #include "contact/law.h"
-#include "contact/rigid/rigid.h"
 #include "contact/solver.h"
 
 /* A tested residual from which the active set may be the solution's, and of small problems the

@@ -9,7 +9,7 @@
 
 #include <perp/perp.h>
 
-#include "contact/rigid/rigid.h"
+#include "contact/solver.h"
 #include "gen.h"
 #include "rigid_scene.h"
 

@@ -1,8 +1,6 @@
 /* contact.h: a solver of the front door that is set up with bodies and rows as they are, no copy
  * but P = J C, and asked for no proofs. */
-#include "contact/rigid/rigid.h"
-
-#include <math.h>
+#include "contact/solver.h"
 
 static void read_bounds(perp_contact_solver *s, const perp__rigid_problem *problem)
 {

@@ -4,7 +4,7 @@
  *
  * in doubled precision from the caller's rows and factors (products and their sums with the errors
  * beside them: Ogita, Rump & Oishi, SIAM J. Sci. Comput. 26 (2005) 1955). */
-#include "contact/rigid/rigid.h"
+#include "contact/solver.h"
 
 #include <math.h>
 #include <string.h>

@@ -86,7 +86,7 @@ static void start(perp__sweep_work *work, perp__contact_iterate *iterate)
         memset(iterate->r, 0, bytes);
     begin_at(work, iterate->r);
     memcpy(work->best, work->r, bytes);
-    perp__mixing_forget(&work->mixing);
+    perp__mixing_forget(&work->mixing, work->r);
     memset(work->modes, 0, (size_t)problem->contacts * sizeof *work->modes);
     work->least = work->least_before = work->remembered = work->residual = INFINITY;
     work->looked[0] = work->looked[1] = INFINITY;
@@ -140,7 +140,6 @@ static perp_status solve(void *object, perp__contact_iterate *iterate)
         /* 1. One sweep, from where mixing the last ones leads to. */
         if (work->sweeps > 0)
             perp__mixing_after(&work->mixing, work->row_weights, work->r, work->y);
-        perp__mixing_before(&work->mixing, work->r);
         work->sweeps++;
         change = perp__sweep_pass(work);
 
