@@ -307,8 +307,8 @@ static int32_t tries_sets(const perp_contact_solver *solver)
 }
 
 /* The start. Small problems go straight to the active set that it, or a few sweeps from it, show.
- * Where contacts hold both ways a start tells
- * which of several answers is meant, and sweeps leave some of them. */
+ * Where contacts hold both ways a start tells which of several answers is meant, and sweeps leave
+ * some of them. */
 static perp_status try_start(perp_contact_solver *solver)
 {
     perp__contact_slot *sweep = slot_of(solver, PERP_CONTACT_METHOD_SWEEP);

@@ -20,11 +20,8 @@
 #include "base/context.h"
 #include "contact/law.h"
 
-/* Stiffness of the sweeps that Newton's method starts from, of its first centre, and of that from
- * where an answer is near: each so much more. */
+/* Stiffness of the sweeps that Newton's method starts from. */
 #define SECOND_RHO 30.0
-#define CENTRE_RHO (PERP__FIRST_RHO * PERP__FIRST_RHO)
-#define WARM_RHO (PERP__FIRST_RHO * CENTRE_RHO)
 
 /* Who asks for less than this, or for this method, has what a few more steps give, down to
  * rounding. */
@@ -111,7 +108,7 @@ void perp__proximal_split_run(perp__proximal *s, const perp__proximal_part *part
 static void run_first(perp__proximal *s, const perp__proximal_part *part, int32_t given)
 {
     if (given)
-        perp__proximal_newton_run(s, part, WARM_RHO, STEPS, IN_VAIN);
+        perp__proximal_newton_run(s, part, PERP__WARM_RHO, STEPS, IN_VAIN);
     if (perp__proximal_goes_on(s, s->tol) && (!given || s->discs)) {
         for (int32_t i = part->row; i < part->last_row; i++)
             s->x[i] = 0.0;
@@ -119,13 +116,15 @@ static void run_first(perp__proximal *s, const perp__proximal_part *part, int32_
         if (perp__proximal_goes_on(s, s->tol))
             perp__proximal_split_run(s, part, SECOND_RHO, SWEEPS);
         if (perp__proximal_goes_on(s, s->aim))
-            perp__proximal_newton_run(s, part, s->best_residual <= s->tol ? WARM_RHO : CENTRE_RHO,
-                                      STEPS, s->discs ? STEPS : IN_VAIN);
+            perp__proximal_newton_run(
+                s, part, s->best_residual <= s->tol ? PERP__WARM_RHO : PERP__CENTRE_RHO, STEPS,
+                s->discs ? STEPS : IN_VAIN);
     }
     if (!s->discs && perp__proximal_goes_on(s, s->tol)) {
         perp__proximal_interior_run(s, part);
         if (perp__proximal_goes_on(s, s->aim))
-            perp__proximal_newton_run(s, part, WARM_RHO, STEPS, s->folds ? 2 * IN_VAIN : STEPS);
+            perp__proximal_newton_run(s, part, PERP__WARM_RHO, STEPS,
+                                      s->folds ? 2 * IN_VAIN : STEPS);
     }
 }
 
@@ -159,7 +158,7 @@ static void run_part(perp__proximal *s, const perp__proximal_part *part,
     if (newton && iterate->attempt == 0 && perp__proximal_goes_on(s, s->tol))
         run_first(s, part, iterate->given);
     else if (newton && perp__proximal_goes_on(s, s->tol))
-        perp__proximal_newton_run(s, part, CENTRE_RHO, steps, patience);
+        perp__proximal_newton_run(s, part, PERP__CENTRE_RHO, steps, patience);
 
     /* 3. r from the best x. */
     for (int32_t k = part->constraint; k < part->last_constraint; k++) {
