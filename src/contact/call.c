@@ -7,7 +7,6 @@
 #include "base/clock.h"
 #include "base/context.h"
 #include "base/outcome.h"
-#include "contact/settings.h"
 #include "contact/solver.h"
 #include "linalg/spatial.h"
 

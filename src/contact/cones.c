@@ -52,7 +52,6 @@ void perp__cone_scale(perp__cone *cone)
     perp__apply3(cone->lambda, cone->V, cone->z);
 }
 
-/* The largest step with z + step dz in K; INFINITY where all are. */
 double perp__cone_longest(const double *z, const double *dz)
 {
     const double a = dz[0] * dz[0] - dz[1] * dz[1] - dz[2] * dz[2];

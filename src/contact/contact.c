@@ -7,7 +7,6 @@
 #include "base/clock.h"
 #include "base/context.h"
 #include "contact/law.h"
-#include "contact/rigid/rigid.h"
 #include "contact/solver.h"
 
 /* A tested residual from which the active set may be the solution's, and of small problems the
@@ -48,15 +47,8 @@ static perp__contact_slot *slot_of(perp_contact_solver *solver, int32_t method)
     return NULL;
 }
 
-/* Lays out the method's workspace for this set-up, once; what was laid out for an earlier one of
- * rigid bodies may serve. */
 static perp_status fit(perp_contact_solver *solver, perp__contact_slot *slot)
 {
-    if (slot->space.fitted > 0 && slot->method->lays_out_by_size &&
-        solver->entrance == PERP__ENTRANCE_RIGID &&
-        memcmp(slot->sizes, solver->sizes, sizeof slot->sizes) == 0)
-        slot->space.fitted = solver->setups;
-    memcpy(slot->sizes, solver->sizes, sizeof slot->sizes);
     return perp__workspace_fit(&slot->space, solver->context, slot->method->work_size,
                                slot->method->layout, &solver->problem, solver->setups);
 }
@@ -200,10 +192,12 @@ static perp_status check_method(perp_contact_solver *solver, perp__contact_slot 
                               "settings.method %s needs W, which has more than 2^31 entries",
                               perp_contact_method_text(slot->method->id));
     *suits = *suits && made && status == PERP_OK;
-    if (*suits && is_chosen)
-        status = slot->method->check(&solver->problem);
-    else if (*suits)
-        *suits = slot->method->check(&solver->problem) == PERP_OK;
+    if (*suits && slot->method->check) {
+        const perp_status found = slot->method->check(&solver->problem);
+
+        *suits = found == PERP_OK;
+        status = is_chosen ? found : PERP_OK;
+    }
     return status;
 }
 
@@ -313,8 +307,8 @@ static int32_t tries_sets(const perp_contact_solver *solver)
 }
 
 /* The start. Small problems go straight to the active set that it, or a few sweeps from it, show.
- * Where contacts hold both ways a start tells
- * which of several answers is meant, and sweeps leave some of them. */
+ * Where contacts hold both ways a start tells which of several answers is meant, and sweeps leave
+ * some of them. */
 static perp_status try_start(perp_contact_solver *solver)
 {
     perp__contact_slot *sweep = slot_of(solver, PERP_CONTACT_METHOD_SWEEP);

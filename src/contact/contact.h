@@ -30,6 +30,12 @@ typedef struct perp__contact_call {
     const double *r0;
 } perp__contact_call;
 
+/* Checks all settings and fills `own`, untouched on failure; NULL gives the defaults. And one name
+ * for methods that have two: call.c. */
+perp_status perp__contact_settings_read(perp_context *context, perp_contact_settings *own,
+                                        const perp_contact_settings *settings);
+int32_t perp__contact_method_named(int32_t method);
+
 /* A solver without a problem; its settings; and its end: solver.c. */
 perp_status perp__contact_create(perp_context *context, perp_contact_solver **solver,
                                  const perp_contact_settings *settings);
@@ -88,14 +94,18 @@ typedef struct perp__rigid_problem {
     double enough;                /* and one at which no other method is asked for tol; 0: none */
     int32_t brief;                /* 1: sweeps and the first method after them, no last resorts;
                                      2: nor that once more where a path ends where it began */
-    int32_t proves;               /* 1: look for proofs that there is no solution; one that a method
-                                     comes across counts anyway */
     int32_t again;                /* 1: bodies, factors, rows (but bias) and mu are those of the
                                      last solve: only free, bias, warm and what follows are read */
     int32_t holds;                /* 1: v, velocity and carrier are those of perp__rigid_hold,
                                      whatever the outcome */
     double deadline;              /* on perp__now()'s clock; 0: none */
 } perp__rigid_problem;
+
+/* Whether impulses move it. */
+static inline int32_t perp__rigid_moves(const perp__rigid_problem *problem, int32_t body)
+{
+    return body >= 0 && body < problem->bodies;
+}
 
 /* Arrays are the caller's; NULL where not wanted, impulse and v excepted. */
 typedef struct perp__rigid_answer {
@@ -106,29 +116,21 @@ typedef struct perp__rigid_answer {
     int32_t *carrier; /* bodies: the body that each moves with as one, PERP__RIGID_... or a carrier;
                          written where velocities are held */
     perp_outcome outcome;
-    int32_t method; /* that gave the answer; PERP_CONTACT_METHOD_POLISH: the start */
-    int32_t held;   /* velocities are those of hold */
     int64_t iterations;
     double tested, own, backward; /* what the outcome rests on */
     double drive;                 /* of passes: the velocities that `tested` is a share of */
-    int32_t certificate;          /* PERP_CONTACT_CERTIFICATE_... */
 } perp__rigid_answer;
 
 enum { PERP__RIGID_AT_REST = -1, PERP__RIGID_FREE = -2 };
 
-typedef struct perp__rigid_solver perp__rigid_solver;
-
-/* PERP_OK or PERP_ERROR_MEMORY. */
-perp_status perp__rigid_create(perp_context *context, perp__rigid_solver **solver);
-void perp__rigid_destroy(perp__rigid_solver *solver);
-
-/* Solves the problem. Any of the problem's bodies, contacts and joints may be none.
+/* Solves the problem, with no search for proofs that there is no solution; one that a method comes
+ * across counts. Any of the problem's bodies, contacts and joints may be none.
  *
  * Returns PERP_OK with the answer; else PERP_ERROR_MEMORY, or _ARGUMENT or _NOT_FINITE where rows
  * move nothing or numbers leave the range of doubles: then nothing was written.
  * The best iterate is written whatever the outcome.
  * Allocates nothing after the first call of a size (third-party factorisations excepted). */
-perp_status perp__rigid_solve(perp__rigid_solver *solver, perp__rigid_answer *answer,
+perp_status perp__rigid_solve(perp_contact_solver *solver, perp__rigid_answer *answer,
                               const perp__rigid_problem *problem);
 
 /* One body that a few contacts join with the world at rest: whether the impulses problem->warm are
@@ -140,7 +142,7 @@ int32_t perp__rigid_single(perp__rigid_answer *answer, const perp__rigid_problem
 
 /* Velocities in what the contacts that hold leave free (hold.h), for impulses and modes from
  * anywhere: reads answer->impulse (of contacts that slip: their tangents) and ->modes, writes ->v,
- * ->velocity, ->carrier and ->held. Rows that hold: normals of contacts that press, all of contacts
+ * ->velocity and ->carrier. Rows that hold: normals of contacts that press, all of contacts
  * that stick, joints; and of contacts that press by nothing what is 0 to rounding. Of rows that
  * impulses leave with more than sqrt(tol) omega sqrt(t_k) the modes are not believed. Their u is
  * exactly 0.0; what they pin in every coordinate has exactly the velocity of what it is pinned to,
@@ -148,7 +150,7 @@ int32_t perp__rigid_single(perp__rigid_answer *answer, const perp__rigid_problem
  * cost linear in the contacts: about 0.1 us each after the set-up, which `again` saves. Clusters of
  * more than 96 velocities that hold each other only together keep v_free + M^-1 J'r.
  * PERP_OK or PERP_ERROR_MEMORY. */
-perp_status perp__rigid_hold(perp__rigid_solver *solver, perp__rigid_answer *answer,
+perp_status perp__rigid_hold(perp_contact_solver *solver, perp__rigid_answer *answer,
                              const perp__rigid_problem *problem);
 
 #endif

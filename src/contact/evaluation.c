@@ -6,7 +6,6 @@
 #include "base/context.h"
 #include "base/outcome.h"
 #include "contact/law.h"
-#include "contact/rigid/rigid.h"
 #include "contact/solver.h"
 
 /* load := |q|, or where that is more, 16 eps / tol of the terms that it is made of: they have

@@ -23,22 +23,15 @@ int32_t perp__contact_parts(const perp__contact_problem *problem, int32_t k,
     int32_t row = problem->starts[k] + normals, count = 0;
 
     if (tangents > 0) {
-        parts[count].row = row;
-        parts[count].size = tangents;
-        parts[count++].coefficient = problem->mu[k];
+        parts[count++] = (perp__contact_part){row, tangents, problem->mu[k]};
         row += tangents;
     }
     if (problem->rolling && problem->rolling[k] > 0.0) {
-        parts[count].row = row;
-        parts[count].size = tangents;
-        parts[count++].coefficient = problem->rolling[k];
+        parts[count++] = (perp__contact_part){row, tangents, problem->rolling[k]};
         row += tangents;
     }
-    if (problem->spinning && problem->spinning[k] > 0.0) {
-        parts[count].row = row;
-        parts[count].size = 1;
-        parts[count++].coefficient = problem->spinning[k];
-    }
+    if (problem->spinning && problem->spinning[k] > 0.0)
+        parts[count++] = (perp__contact_part){row, 1, problem->spinning[k]};
     return count;
 }
 

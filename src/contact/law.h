@@ -3,8 +3,6 @@
 #ifndef PERP_CONTACT_LAW_H
 #define PERP_CONTACT_LAW_H
 
-#include <float.h>
-
 #include "contact/method.h"
 
 /* Sliding, rolling or spinning friction: `size` rows from `row` on, r_part in a disc (2 rows) or an

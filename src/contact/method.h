@@ -97,9 +97,8 @@ typedef struct perp__contact_method {
     size_t work_size; /* bytes of the method's own workspace struct */
     int32_t attempts; /* how often it may start afresh before it has failed */
     int32_t needs_delassus;
-    int32_t lays_out_by_size; /* of rigid bodies: the numbers of contacts, rows and blocks are
-                                 all that it goes by */
-    /* PERP_OK, or PERP_ERROR_ARGUMENT with a message, where the method can't take the problem */
+    /* PERP_OK, or PERP_ERROR_ARGUMENT with a message, where the method can't take the problem; NULL
+     * where it takes all */
     perp_status (*check)(const perp__contact_problem *problem);
     /* Takes the workspace arrays; `work` is the method's struct, problem its first member. */
     void (*layout)(perp__arena *arena, void *work);

@@ -30,27 +30,15 @@ static inline void visit(look *l, int32_t a, int32_t b, double coupling)
         l->leaks = 1;
 }
 
-static void visit_entry(const perp_contact_solver *solver, look *l, int32_t i, int32_t j,
-                        double value)
-{
-    const int32_t a = solver->constraint_of[i], b = solver->constraint_of[j];
-
-    visit(l, a, b, fabs(value) / solver->root[a] / solver->root[b]);
-}
-
 static void visit_matrix(const perp_contact_solver *solver, look *l)
 {
-    const perp__matrix *W = &solver->W;
+    perp__cursor c = perp__first(&solver->W);
 
-    /* one part, and there is nothing left to ask */
-    for (int32_t j = 0; j < solver->size && l->parts > 1; j++)
-        if (W->column_starts)
-            for (int32_t k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
-                visit_entry(solver, l, W->row_indices[k], j, W->values[k]);
-        else
-            for (int32_t i = 0; i < solver->size; i++)
-                visit_entry(solver, l, i, j,
-                            W->values[(size_t)i * W->row_stride + (size_t)j * W->column_stride]);
+    while (l->parts > 1 && perp__advance(&c)) { /* one part, and there is nothing left to ask */
+        const int32_t a = solver->constraint_of[c.i], b = solver->constraint_of[c.j];
+
+        visit(l, a, b, fabs(c.value) / solver->root[a] / solver->root[b]);
+    }
 }
 
 /* What two contacts have of each other through a block is at most |P_k| |P_j|: on each block the

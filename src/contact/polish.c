@@ -12,8 +12,6 @@
  * further than it must. Unlike a natural map, these equations are smooth on all of the active set:
  * contacts with tiny impulses or slip speeds do not shorten the way from which Newton's method
  * converges. */
-#include "contact/polish.h"
-
 #include <math.h>
 #include <string.h>
 
@@ -21,7 +19,9 @@
 #include "contact/law.h"
 #include "contact/solver.h"
 #include "linalg/blas.h"
-#include "patterns/patterns.h"
+
+/* What a friction part of a contact that presses does. */
+enum perp__part_state { PERP__PART_NONE, PERP__PART_STICKS, PERP__PART_SLIPS };
 
 /* Of tol: what in plain doubles is enough before the verdict. */
 #define ENOUGH 1e-3

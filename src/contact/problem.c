@@ -105,7 +105,7 @@ void perp__contact_lay_out(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, constraints, &s->root, &s->omega, &s->drive, &s->terms, &s->lack, &s->wide,
                   &s->most_speed, &s->most_energy);
     PERP__DOUBLES(arena, size, &s->q, &s->load, &s->scale, &s->high, &s->low, &s->r, &s->u,
-                  &s->start, &s->ray, &s->best.r, &s->best.u);
+                  &s->start, &s->warm, &s->ray, &s->best.r, &s->best.u);
     PERP__DOUBLES(arena, n, &s->push, &s->push_low, &s->v, &s->v_low, &s->best_v);
     s->modes = perp__arena_take(arena, contacts, sizeof(int8_t));
     s->best.modes = perp__arena_take(arena, contacts, sizeof(int8_t));

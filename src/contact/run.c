@@ -129,7 +129,6 @@ static perp_status check_run(perp_context *context, const perp_contact_run *run)
                                   {"run.metric_D", run->metric_D, run->metric_count},
                                   {"run.metric_mass", run->metric_mass, run->metric_count},
                                   {"run.metric_places", run->metric_places, run->metric_count}};
-
     perp_status status = perp__check_arrays(context, arrays, sizeof arrays / sizeof *arrays);
 
     PERP__THEN(status, check_stages(context, "before", run->before, run->before_count));

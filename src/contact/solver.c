@@ -1,7 +1,7 @@
 /* The life of a solver: create, set, setup, destroy, and the public entrances. */
 #include "contact/solver.h"
 
-#include "contact/settings.h"
+#include "base/check.h"
 #include "contact/statics/statics.h"
 
 static const perp__contact_method *const methods[PERP__CONTACT_METHODS] = {

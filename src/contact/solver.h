@@ -13,10 +13,9 @@
 #include "contact/dynamics/dynamics.h"
 #include "contact/hold/hold.h"
 #include "contact/method.h"
-#include "contact/polish.h"
 #include "lcp/lcp.h"
 
-#define PERP__CONTACT_METHODS 4
+enum { PERP__CONTACT_METHODS = 4 };
 
 enum perp__contact_entrance {
     PERP__NO_PROBLEM = 0,
@@ -37,8 +36,7 @@ typedef struct perp__contact_worth {
 typedef struct perp__contact_slot {
     const perp__contact_method *method;
     perp__workspace space;
-    size_t sizes[5]; /* of the set-up it was made for */
-    int64_t spent;   /* iterations of this call */
+    int64_t spent; /* iterations of this call */
 } perp__contact_slot;
 
 typedef struct perp__contact_candidate {
@@ -63,6 +61,36 @@ typedef struct perp__contact_ray {
     int32_t *active, *pivots;   /* n */
     double *K, *step;           /* n by n; n */
 } perp__contact_ray;
+
+/* Newton's method on the equations of one active set, which is tried on every point that comes near
+ * a solution: polish.c. */
+typedef struct perp__contact_polish {
+    perp__arena arena;
+    int64_t fitted;
+    int32_t room;    /* rows that K has room for */
+    double enough;   /* > 0: in plain doubles, and to no more than this tested residual */
+    int64_t last;    /* of the steps in plain doubles */
+    int32_t is_soft; /* the last step was a proximal one: no equations hold */
+    int32_t n;       /* rows of the active set */
+    int32_t *place;  /* of a row in the system, -1: r is 0 there */
+    int32_t *rows;   /* the other way round */
+    int8_t *presses; /* contacts */
+    int8_t *parts;   /* 3 contacts, behind those: enum perp__part_state */
+    int8_t *seen;    /* these of the sets that were */
+    int32_t *pivots;
+    double *K, *factors;                          /* n by n; factors of K + a regularisation */
+    double *rhs, *step, *error, *units, *weights; /* n */
+    double *then; /* size: velocities once what goes to its bound is there */
+} perp__contact_polish;
+
+/* Most rows of a problem that is polished: the factors are dense. */
+enum { PERP__POLISH_MOST = 600 };
+
+/* Most rows of one that is followed from its start, before anything else. */
+enum { PERP__POLISH_START_MOST = 96 };
+
+/* And of one whose sets are searched. */
+enum { PERP__POLISH_SEARCH_MOST = 24 };
 
 /* What takes overlaps away: open.c. */
 typedef struct perp__contact_opening {
@@ -103,7 +131,7 @@ struct perp_contact_solver {
     PERP__HANDLE;
     perp_contact_settings settings;
     perp__arena arena;
-    size_t sizes[5], fitted[5]; /* of rigid bodies; and what arena was laid out for: rigid.c */
+    size_t fitted[4];                        /* rigid bodies: what arena was laid out for */
     const struct perp__rigid_problem *rigid; /* with its entrance, during a call */
     int32_t proves;                          /* proofs of infeasibility are looked for */
     int32_t brief;                           /* as perp__rigid_problem's */
@@ -146,6 +174,7 @@ struct perp_contact_solver {
     double *q, *scale, *high, *low;
     double *load; /* |q|, or what rounding may have made of it in units of tol, if that is more */
     double *r, *u, *start;   /* the point under evaluation */
+    double *warm;            /* rigid bodies: impulses to start from */
     double *push, *push_low; /* n: work */
     double *v, *v_low;       /* of the last evaluation; before one, without contacts: is_free */
     double *best_v;
@@ -273,5 +302,39 @@ int32_t perp__contact_may_be_infeasible(perp_contact_solver *solver);
 
 /* Checks the direction in solver->ray and scales it; sets has_ray and certificate: ray.c. */
 void perp__contact_keep_ray(perp_contact_solver *solver, const double *direction);
+
+/* Reads the active set off solver->r and u and follows it to where it ends; the best point met is
+ * left in the front door as any method's. PERP_OK or a negative status. */
+perp_status perp__contact_polish_run(perp_contact_solver *solver);
+/* Of a small problem whose W is there, before anything else: whether it is one; whether r, clipped,
+ * is an answer as far as plain doubles tell, with u; and the same as above from r, at a small share
+ * of the cost, considered only if within a few steps it ends with a set that stays. */
+int32_t perp__contact_polish_suits(const perp_contact_solver *solver);
+int32_t perp__contact_is_near(perp_contact_solver *solver);
+perp_status perp__contact_polish_start(perp_contact_solver *solver);
+/* The same, from a few thousand sets of a fixed random sequence, each with a try of its own, until
+ * one is an answer: milliseconds. */
+perp_status perp__contact_polish_search(perp_contact_solver *solver);
+
+/* ---- rigid bodies in the place of the dynamics, solver->rigid the caller's problem: rigid/ ----
+ */
+
+/* v and q of the free velocities, and in `load` the sizes of the terms of q. */
+void perp__rigid_load(perp_contact_solver *solver);
+
+/* v and u of solver->r. */
+void perp__rigid_velocities(perp_contact_solver *solver);
+
+/* u := that of bodies that stand still, where impulses can move them. */
+void perp__rigid_bias(const perp_contact_solver *solver, double *u);
+
+/* For held.c: what constraints with one body are beside, and which of those that hold are pushed by
+ * more than a carrier. */
+void perp__rigid_beside(const perp_contact_solver *solver, const int8_t *holds, int32_t *beside,
+                        int8_t *pushed);
+
+/* u of all rows after held.c has written v: exactly 0 where they hold, bias between bodies that
+ * move as one, else from v. */
+void perp__rigid_held_velocities(const perp_contact_solver *solver, const double *v, double *u);
 
 #endif

@@ -1,7 +1,7 @@
 /* The life of a world, ids, and the public calls that ask it something. */
 #include "base/check.h"
 #include "base/context.h"
-#include "contact/settings.h"
+#include "contact/contact.h"
 #include "world/islands/lanes.h"
 #include "world/joints/joints.h"
 
@@ -107,7 +107,7 @@ static void release(void *object)
     perp__release_batch(world);
     for (int32_t i = 0; i < world->shape_slots; i++)
         perp__release(context, world->shapes[i].geometry.hull);
-    perp__rigid_destroy(world->solver);
+    perp__handle_end(world->solver);
     if (world->standing)
         perp__standing_release(world->standing);
     perp__coloured_release(&world->coloured);
@@ -154,7 +154,7 @@ static perp_status create(perp_context *context, perp_world **world,
     perp__tree_init(&made->tree);
     made->dof = made->settings.planar ? 3 : 6;
     perp__coloured_init(&made->coloured, context);
-    status = perp__rigid_create(context, &made->solver);
+    status = perp__contact_create(context, &made->solver, NULL);
     if (status == PERP_OK) {
         made->standing = perp__allocate_zeros(context, 1, sizeof *made->standing, "the islands");
         status = made->standing ? PERP_OK : PERP_ERROR_MEMORY;

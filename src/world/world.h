@@ -414,7 +414,7 @@ struct perp_world {
     int32_t some_put;           /* some body is PERP__PUT, or _INTO others */
     int32_t settled;            /* bodies that end the last step as they began it */
     perp__contact_set overlaps; /* of the projection */
-    perp__rigid_solver *solver;
+    perp_contact_solver *solver;
     perp__coloured coloured;
     perp__budget budget;
     struct perp__standing *standing; /* islands/islands.h */

@@ -14,7 +14,7 @@
 
 typedef struct fixture {
     perp_context *context;
-    perp__rigid_solver *solver;
+    perp_contact_solver *solver;
     rigid_scene s;
 } fixture;
 
@@ -22,12 +22,12 @@ static inline void open_fixture(fixture *f, int32_t planar, const perp_context_s
 {
     rigid_open(&f->s, planar);
     assert_int_equal(perp_context_create(&f->context, settings), PERP_OK);
-    assert_int_equal(perp__rigid_create(f->context, &f->solver), PERP_OK);
+    assert_int_equal(perp__contact_create(f->context, &f->solver, NULL), PERP_OK);
 }
 
 static inline void close_fixture(fixture *f)
 {
-    perp__rigid_destroy(f->solver);
+    perp__handle_end(f->solver);
     perp_context_destroy(f->context);
     rigid_close(&f->s);
 }

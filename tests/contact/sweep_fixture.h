@@ -116,7 +116,6 @@ static inline perp_outcome run(fixture *f)
     f->problem.omega = omega;
     work->problem = &f->problem;
     memset(&arena, 0, sizeof arena);
-    assert_int_equal(perp__contact_sweep.check(&f->problem), PERP_OK);
     assert_int_equal(perp__arena_fit(&arena, context, perp__contact_sweep.layout, work), PERP_OK);
     assert_int_equal(perp__contact_sweep.solve(work, &f->iterate), PERP_OK);
     perp__arena_release(&arena);

@@ -248,7 +248,7 @@ static void test_same_bits_in_pieces(void **state)
  * or slip. Passes stop at rounding; the exact answer is good to its tol. */
 static void against_exact(fixture *f, int32_t passes, double tolerance)
 {
-    perp__rigid_solver *solver = NULL;
+    perp_contact_solver *solver = NULL;
     const int32_t numbers = f->s.width * f->s.bodies;
     double *v;
     int32_t i;
@@ -257,14 +257,14 @@ static void against_exact(fixture *f, int32_t passes, double tolerance)
     run(f);
     v = rigid_grown(NULL, (size_t)numbers, sizeof *v);
     memcpy(v, f->s.v, (size_t)numbers * sizeof *v);
-    assert_int_equal(perp__rigid_create(f->context, &solver), PERP_OK);
+    assert_int_equal(perp__contact_create(f->context, &solver, NULL), PERP_OK);
     f->problem.tol = 1e-10;
     assert_int_equal(perp__rigid_solve(solver, &f->answer, &f->problem), PERP_OK);
     assert_int_equal(f->answer.outcome, PERP_OUTCOME_SOLVED);
     for (i = 0; i < numbers; i++)
         if (!(fabs(v[i] - f->s.v[i]) <= tolerance))
             fail_msg("v[%d] is %.17g, exact %.17g", (int)i, v[i], f->s.v[i]);
-    perp__rigid_destroy(solver);
+    perp__handle_end(solver);
     free(v);
 }
 

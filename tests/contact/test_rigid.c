@@ -253,7 +253,6 @@ static void test_again(void **state)
     memcpy(f.s.warm, first, (size_t)f.s.contacts * 3 * sizeof *first);
     p.warm = f.s.warm;
     a = solve(&f, &p);
-    assert_int_equal(a.method, PERP_CONTACT_METHOD_POLISH);
     assert_int_equal(a.iterations, 0);
     for (i = 0; i < 6 * f.s.bodies; i++) /* as near as both are to the truth */
         assert_true(fabs(v[i] - f.s.v[i]) <= 1e-7);
@@ -300,7 +299,7 @@ static void test_memory(void **state)
         a = rigid_answer(&f.s);
         status = perp_context_create(&f.context, &settings);
         if (status == PERP_OK)
-            status = perp__rigid_create(f.context, &f.solver);
+            status = perp__contact_create(f.context, &f.solver, NULL);
         if (status == PERP_OK)
             status = perp__rigid_solve(f.solver, &a, &p);
         assert_int_equal(status, m.calls >= i ? PERP_ERROR_MEMORY : PERP_OK);
@@ -334,8 +333,8 @@ static void test_nothing(void **state)
     close_fixture(&f);
 }
 
-/* Between two plates that approach: no velocities keep off both, which is proved if asked for. */
-static void test_proof(void **state)
+/* Between two plates that approach: no velocities keep off both. */
+static void test_no_answer(void **state)
 {
     static const double half[3] = {0.5, 0.5, 0.5}, up[3] = {0.0, 0.0, 1.0};
     static const double below[3] = {0.0, 0.0, -0.5}, above[3] = {0.0, 0.0, 0.5};
@@ -352,10 +351,6 @@ static void test_proof(void **state)
     p = rigid_problem(&f.s);
     a = solve(&f, &p);
     assert_false(a.outcome == PERP_OUTCOME_SOLVED || a.outcome == PERP_OUTCOME_ROUNDING_LIMIT);
-    p.proves = 1;
-    a = solve(&f, &p);
-    assert_int_equal(a.outcome, PERP_OUTCOME_RAY);
-    assert_int_equal(a.certificate, PERP_CONTACT_CERTIFICATE_INFEASIBLE);
     close_fixture(&f);
 }
 
@@ -393,7 +388,7 @@ int main(void)
         cmocka_unit_test(test_joint),   cmocka_unit_test(test_carrier),
 
         cmocka_unit_test(test_again),   cmocka_unit_test(test_memory),
-        cmocka_unit_test(test_nothing), cmocka_unit_test(test_proof),
+        cmocka_unit_test(test_nothing), cmocka_unit_test(test_no_answer),
         cmocka_unit_test(test_enough),
     };
 

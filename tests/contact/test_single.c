@@ -99,7 +99,7 @@ static void check_same(const rigid_scene *s, const copy *one, const copy *other)
 }
 
 /* Answers, and answers spoilt a little: 1 where it said yes. */
-static int32_t try(perp__rigid_solver *solver, rigid_scene *s, double spoil, gen_random *rng)
+static int32_t try(perp_contact_solver *solver, rigid_scene *s, double spoil, gen_random *rng)
 {
     const double tol = 1e-12;
     perp__rigid_problem p = rigid_problem(s);
@@ -138,14 +138,14 @@ static void test_same(void **state)
 {
     static const double spoils[] = {0.0, 1e-15, 1e-13, 1e-12, 1e-11, 1e-9, 1e-3};
     perp_context *context = NULL;
-    perp__rigid_solver *solver = NULL;
+    perp_contact_solver *solver = NULL;
     gen_random rng;
     int32_t yes[7] = {0};
 
     (void)state;
     gen_seed(&rng, 1);
     assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
-    assert_int_equal(perp__rigid_create(context, &solver), PERP_OK);
+    assert_int_equal(perp__contact_create(context, &solver, NULL), PERP_OK);
     for (int32_t k = 0; k < SCENES; k++)
         for (int32_t i = 0; i < 7; i++) {
             rigid_scene s;
@@ -155,7 +155,7 @@ static void test_same(void **state)
             yes[i] += try(solver, &s, spoils[i], &rng);
             rigid_close(&s);
         }
-    perp__rigid_destroy(solver);
+    perp__handle_end(solver);
     perp_context_destroy(context);
     print_message("taken of %d: %d %d %d %d %d %d %d\n", SCENES, yes[0], yes[1], yes[2], yes[3],
                   yes[4], yes[5], yes[6]);

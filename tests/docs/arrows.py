@@ -16,7 +16,6 @@ INTERFACES = {
     "lcp/lcp.h",
     "lcp/fischer/function.h",  # ncp's function is lcp's
     "contact/contact.h",
-    "contact/settings.h",  # a world's contacts have those of any others
     "contact/coloured/coloured.h",  # sweeps over a whole step of a world
     "contact/statics/statics.h",  # what of a world can rest
 }

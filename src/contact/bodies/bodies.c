@@ -16,7 +16,7 @@ void perp__bodies_release(perp__bodies *bodies)
     perp__arena_release(&bodies->pieces_arena);
 }
 
-static void layout_constraints(perp__arena *arena, void *object)
+void perp__bodies_layout_constraints(perp__arena *arena, void *object)
 {
     perp__bodies *b = object;
     const size_t n = (size_t)b->n, constraints = (size_t)b->constraints, size = (size_t)b->size;
@@ -294,7 +294,7 @@ perp_status perp__bodies_setup(perp__bodies *b, const perp__bodies_input *input,
     b->size = input->size;
     b->constraints = input->contacts + input->size - input->starts[input->contacts];
     b->most_rows = 1;
-    status = perp__arena_fit(&b->constraints_arena, b->context, layout_constraints, b);
+    status = perp__arena_fit(&b->constraints_arena, b->context, perp__bodies_layout_constraints, b);
     if (status != PERP_OK)
         return status;
     for (int32_t k = 0; k < b->constraints; k++) {

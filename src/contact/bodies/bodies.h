@@ -114,6 +114,7 @@ int64_t perp__bodies_delassus_entries(const perp__bodies *bodies);
 void perp__bodies_delassus(const perp__bodies *bodies, int32_t *column_starts, int32_t *row_indices,
                            double *values);
 
+void perp__bodies_layout_constraints(perp__arena *arena, void *bodies);
 void perp__bodies_layout_pieces(perp__arena *arena, void *bodies);
 /* The constraints of each block in ascending order; the ends of the blocks before stand in
  * block_starts. */

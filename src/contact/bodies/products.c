@@ -5,19 +5,7 @@
 #include "contact/bodies/bodies.h"
 #include "linalg/lanes/multiversion.h"
 
-/* ---- sums over constraints ---------------------------------------------------------------------
- *
- * Each kernel does one constraint; where width and rows are those of a rigid contact they are
- * constants. The sums and their order are the same for all. */
-#define PERP__WITH_SHAPE(kernel, width, rows, ...) \
-    do {                                           \
-        if ((width) == 6 && (rows) == 3)           \
-            kernel(6, 3, __VA_ARGS__);             \
-        else if ((width) == 3 && (rows) == 2)      \
-            kernel(3, 2, __VA_ARGS__);             \
-        else                                       \
-            kernel(width, rows, __VA_ARGS__);      \
-    } while (0)
+/* ---- sums over constraints ------------------------------------------------------------------ */
 
 /* out += P y, or |P| y */
 PERP__KERNEL static void times_one(int32_t width, int32_t rows, int32_t absolute,

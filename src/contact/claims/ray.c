@@ -179,7 +179,7 @@ static void lift(const perp_contact_solver *solver, const double *x, double *y)
         y[own->rows[i]] = x[i] * own->impulse[i];
 }
 
-/* u := W y, from H and M where those are known. */
+/* u := W y, from H and M where those are known; of rigid bodies nobody asks. */
 static perp_status multiply(perp_contact_solver *solver, const double *y, double *u)
 {
     perp__dynamics *d = &solver->dynamics;
@@ -187,10 +187,6 @@ static perp_status multiply(perp_contact_solver *solver, const double *y, double
 
     if (solver->entrance == PERP__ENTRANCE_DELASSUS) {
         perp__multiply_doubled(&solver->W, y, NULL, u, solver->low);
-        return PERP_OK;
-    }
-    if (solver->entrance == PERP__ENTRANCE_RIGID) {
-        perp__bodies_multiply(&solver->bodies, y, NULL, u);
         return PERP_OK;
     }
     status = perp__dynamics_velocities(d, NULL, y, solver->v, solver->v_low);

@@ -15,9 +15,6 @@
 /* Nesterov's weight at most. */
 #define MOMENTUM 0.9
 
-/* Bodies of a piece, where a problem is cut into pieces. */
-#define BODIES 128
-
 /* What pieces read; they write to bodies, groups and contacts of their own. */
 typedef struct job {
     perp__coloured *c;
@@ -61,7 +58,8 @@ static void run_pieces(job *at, int32_t first, int32_t end, perp_task piece)
 /* Of one problem, or those that are side by side. */
 static int32_t count_pieces(const perp__coloured *c)
 {
-    return c->parts > 1 ? c->parts : c->bodies / BODIES + (c->bodies % BODIES != 0);
+    return c->parts > 1 ? c->parts
+                        : c->bodies / PERP__PIECE_BODIES + (c->bodies % PERP__PIECE_BODIES != 0);
 }
 
 static perp__coloured_part *part_of(const perp__coloured *c, int32_t piece)
@@ -71,14 +69,15 @@ static perp__coloured_part *part_of(const perp__coloured *c, int32_t piece)
 
 static int32_t first_body(const perp__coloured *c, int32_t piece)
 {
-    return c->parts > 1 ? c->part[piece].first_body : piece * BODIES;
+    return c->parts > 1 ? c->part[piece].first_body : piece * PERP__PIECE_BODIES;
 }
 
 static int32_t end_body(const perp__coloured *c, int32_t piece)
 {
-    return c->parts > 1                          ? c->part[piece].end_body
-           : c->bodies - piece * BODIES < BODIES ? c->bodies
-                                                 : (piece + 1) * BODIES;
+    return c->parts > 1 ? c->part[piece].end_body
+           : c->bodies - piece * PERP__PIECE_BODIES < PERP__PIECE_BODIES
+               ? c->bodies
+               : (piece + 1) * PERP__PIECE_BODIES;
 }
 
 /* For all bodies: those of a piece. */

@@ -25,6 +25,10 @@
 /* Which of the 8 numbers of a body is its part's momentum: the plane has all in the first four. */
 #define PERP__MOMENTUM(width) ((width) > 3 ? 7 : 3)
 
+/* Bodies of a piece, where a problem is cut into pieces, which those with so many points, of eight
+ * contacts each, are. */
+#define PERP__PIECE_BODIES 128
+
 enum { PERP__GROUP = 8, PERP__PAIR_POINTS = 4, PERP__COLOURS = 64, PERP__COLOURED_PIECES = 64 };
 
 /* A contact of each of the eight pairs. Where a pair has none all is 0 and `contact` is -1. */

@@ -20,35 +20,36 @@ static void lay_out_rows(perp__arena *arena, void *object)
     b->P = perp__arena_take(arena, 16 * rows, sizeof *b->P);
 }
 
-static int32_t moves(const perp__rigid_problem *problem, int32_t body)
+void perp__coloured_row(const perp__rigid_problem *problem, const perp__rigid_rows *g, int32_t side,
+                        int32_t i, double P[6], double *w)
 {
-    return body >= 0 && body < problem->bodies;
+    const int32_t width = problem->width, body = g->body[side];
+    const int32_t moves = perp__rigid_moves(problem, body);
+    const double *J = g->rows[side][i], *C = problem->factors + (moves ? width * width * body : 0);
+
+    memset(P, 0, 6 * sizeof *P);
+    for (int32_t k = 0; k < width && body >= problem->bodies; k++)
+        *w += J[k] * problem->free[width * body + k];
+    for (int32_t j = 0; j < 3 && moves && width == 6; j++) {
+        P[j] = J[j] * C[0];
+        P[3 + j] = J[3] * C[21 + j] + J[4] * C[27 + j] + J[5] * C[33 + j];
+    }
+    for (int32_t j = 0; j < 3 && moves && width == 3; j++)
+        for (int32_t k = 0; k < 3; k++)
+            P[j] += J[k] * C[3 * k + j];
 }
 
-/* Row i of the unit g as row n of the block, P = J C. What moves by itself has the number behind
- * the others, whose y are 0. */
+/* Row i of the unit g as row n of the block. What moves by itself has the number behind the others,
+ * whose y are 0. */
 static void read_row(perp__joint_block *b, const perp__rigid_problem *problem,
                      const perp__rigid_rows *g, int32_t i, int32_t n)
 {
-    const int32_t width = problem->width;
-    double *P = b->P + 16 * n;
-
-    memset(P, 0, 16 * sizeof *P);
+    memset(b->P + 16 * n, 0, 16 * sizeof *b->P);
     for (int32_t side = 0; side < 2; side++) {
-        const int32_t body = g->body[side], is_free = moves(problem, body);
-        const double *J = g->rows[side][i],
-                     *C = problem->factors + (is_free ? width * width * body : 0);
+        const int32_t body = g->body[side];
 
-        b->body[2 * n + side] = is_free ? body : problem->bodies;
-        for (int32_t j = 0; j < 3 && is_free && width == 6; j++) {
-            P[8 * side + j] = J[j] * C[0];
-            P[8 * side + 3 + j] = J[3] * C[21 + j] + J[4] * C[27 + j] + J[5] * C[33 + j];
-        }
-        for (int32_t k = 0; k < 3 && is_free && width == 3; k++)
-            for (int32_t j = 0; j < 3; j++)
-                P[8 * side + j] += J[k] * C[3 * k + j];
-        for (int32_t k = 0; k < width && body >= 0 && !is_free; k++)
-            b->w[n] += J[k] * problem->free[width * body + k];
+        b->body[2 * n + side] = perp__rigid_moves(problem, body) ? body : problem->bodies;
+        perp__coloured_row(problem, g, side, i, b->P + 16 * n + 8 * side, &b->w[n]);
     }
 }
 

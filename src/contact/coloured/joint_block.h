@@ -17,6 +17,10 @@
 #include "contact/contact.h"
 #include "contact/coloured/joint_factor.h"
 
+/* P := J C of row i of g on one side; of what moves by itself 0, and its velocity is added to w. */
+void perp__coloured_row(const perp__rigid_problem *problem, const perp__rigid_rows *g, int32_t side,
+                        int32_t i, double P[6], double *w);
+
 typedef struct perp__joint_block {
     perp__arena arena;
     perp__joint_factor factor;

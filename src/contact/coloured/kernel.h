@@ -373,3 +373,6 @@ TARGET static void NAME(measure)(const perp__coloured *c, const perp__lane_group
     else
         NAME(measure_of_width)(c, 6, group, p, share, found);
 }
+
+static const perp__coloured_kernels NAME(kernels) = {NAME(pass), NAME(invert), NAME(measure)};
+#undef NAME

@@ -6,9 +6,7 @@
 /* Of a colour: by points, then by those that press. */
 enum { RANKS = PERP__PAIR_POINTS * (PERP__PAIR_POINTS + 1), KEYS = PERP__COLOURS * RANKS };
 
-/* Points, of eight contacts each, from which on a problem is large; and how many are worth a
- * piece of their own. */
-#define LARGE 128
+/* Points that are worth a piece of their own. */
 #define PIECE 8
 
 static void lay_out_lists(perp__arena *arena, void *object)
@@ -32,11 +30,6 @@ static void lay_out_points(perp__arena *arena, void *object)
     c->group = perp__arena_take(arena, (size_t)c->most_groups, sizeof *c->group);
     c->point = perp__arena_take(arena, (size_t)c->most_points, sizeof *c->point);
     c->piece_first = perp__arena_take(arena, (size_t)c->most_groups + 1, sizeof *c->piece_first);
-}
-
-static int32_t moves(const perp__rigid_problem *problem, int32_t body)
-{
-    return body >= 0 && body < problem->bodies;
 }
 
 /* Whether the impulse that a contact starts from presses. */
@@ -144,7 +137,6 @@ static void fill_lane(perp__coloured *c, perp__lane_point *p, int32_t lane, int3
     const perp__rigid_problem *problem = part->problem;
     const perp__passes *step = part->step;
     const perp__rigid_rows *rows = &problem->rows[contact];
-    const int32_t width = c->width;
 
     for (int32_t i = 0; i < rows->dim; i++) {
         p->w[i][lane] = rows->bias[i];
@@ -154,34 +146,14 @@ static void fill_lane(perp__coloured *c, perp__lane_point *p, int32_t lane, int3
         p->r[0][lane] = p->last[0][lane] = -rows->bias[0] / rows->compliance[0];
         p->w[0][lane] = 0.0;
     }
-    for (int32_t side = 0; side < 2; side++) {
-        const int32_t body = rows->body[side];
-        const double *C = moves(problem, body) ? problem->factors + width * width * body : NULL;
+    for (int32_t side = 0; side < 2; side++)
+        for (int32_t i = 0; i < rows->dim; i++) {
+            double P[6];
 
-        for (int32_t i = 0; i < rows->dim && body >= 0; i++) {
-            double(*P)[PERP__GROUP] = (double(*)[PERP__GROUP]) & p->P[12 * i + 6 * side][lane];
-            const double *J = rows->rows[side][i];
-
-            if (!C) {
-                for (int32_t k = 0; k < width; k++)
-                    p->w[i][lane] += J[k] * problem->free[width * body + k];
-            } else if (width == 6) {
-                const double x = J[3], y = J[4], z = J[5];
-                const double turned[3] = {x * C[21] + y * C[27] + z * C[33],
-                                          x * C[22] + y * C[28] + z * C[34],
-                                          x * C[23] + y * C[29] + z * C[35]};
-
-                for (int32_t j = 0; j < 3; j++) {
-                    P[j][0] = J[j] * C[0];
-                    P[3 + j][0] = turned[j];
-                }
-            } else {
-                for (int32_t j = 0; j < 3; j++)
-                    for (int32_t k = 0; k < 3; k++)
-                        P[j][0] += J[k] * C[3 * k + j];
-            }
+            perp__coloured_row(problem, rows, side, i, P, &p->w[i][lane]);
+            for (int32_t k = 0; k < 6; k++)
+                p->P[12 * i + 6 * side + k][lane] = P[k];
         }
-    }
     p->mu[lane] = rows->dim > 1 ? rows->mu : 0.0;
     p->gap[lane] = step->gap ? step->gap[contact] : 0.0;
     p->bias[lane] = p->w[0][lane] + (p->gap[lane] > 0.0 ? p->gap[lane] / step->h : 0.0);
@@ -236,7 +208,7 @@ static int32_t pair_contacts(perp__coloured *c, int32_t number, int32_t pairs)
             end++;
         for (int32_t side = 0; side < 2; side++)
             c->pair_body[2 * pairs + side] =
-                moves(problem, body[side]) ? part->first_body + body[side] : -1;
+                perp__rigid_moves(problem, body[side]) ? part->first_body + body[side] : -1;
         c->pair_part[pairs] = number;
         c->pair_first[pairs] = k;
         c->pair_points[pairs++] = end - k;
@@ -275,7 +247,7 @@ perp_status perp__coloured_pack(perp__coloured *c)
         return status;
     /* 3. A piece has all points of a colour, or so many at least that a colour has no more pieces
      * than there is room for. */
-    c->is_large = c->points >= LARGE && c->parts == 1;
+    c->is_large = c->points >= PERP__PIECE_BODIES && c->parts == 1;
     c->rows = c->bodies + (c->is_large ? PERP__COLOURED_PIECES : 1);
     size = 1 + c->points / PERP__COLOURED_PIECES;
     size = !c->is_large ? INT32_MAX : size > PIECE ? size : PIECE;

@@ -117,7 +117,6 @@ static void lay_out(perp__arena *arena, void *object)
         own->inverse = perp__arena_take(arena, n, perp__half_width(own->n) * sizeof(double));
         own->pair = perp__arena_take(arena, 2, perp__half_width(own->n) * sizeof(double));
     }
-    own->all = perp__arena_take(arena, n, sizeof(int32_t));
     own->starts = perp__arena_take(arena, entries > 0 ? n + 1 : 0, sizeof(int32_t));
     own->rows = perp__arena_take(arena, entries, sizeof(int32_t));
     own->values = perp__arena_take(arena, entries, sizeof(double));
@@ -149,8 +148,6 @@ static perp_status factor_mass(perp__dynamics *own)
     int32_t pivot = 0, definite = 1;
     perp_status status = PERP_OK;
 
-    for (size_t i = 0; i < n; i++)
-        own->all[i] = (int32_t)i;
     if (!own->has_M || n == 0)
         return PERP_OK;
     if (own->factor) {
@@ -159,7 +156,7 @@ static perp_status factor_mass(perp__dynamics *own)
         pivot = perp__cholesky_factor(own->n, own->factor, own->n);
         definite = pivot == 0;
         if (definite && own->inverse)
-            perp__half_invert(own->n, own->factor, own->inverse, own->all, own->pair);
+            perp__half_invert(own->n, own->factor, own->inverse, own->pair);
     } else {
         /* what has no mirror image is rounding, see read_mass */
         int32_t at = own->starts[0] = 0;

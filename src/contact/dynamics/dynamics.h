@@ -23,7 +23,6 @@ typedef struct perp__dynamics {
     double *values;
     double *factor;                            /* n by n: dense M, or one that half.h works on */
     double *inverse, *pair;                    /* its inverse, if n is small; work of half.h */
-    int32_t *all;                              /* n: 0, 1, 2, ... */
     double *W;                                 /* size by size */
     double *block;                             /* n by BLOCK; or Y of half.h */
     int32_t *firsts;                           /* its tiles */

@@ -38,9 +38,10 @@ void perp__half_solve(int32_t n, int32_t size, const double *L, double *Y, const
         solve_tile((size_t)n, width, L, work, (size_t)firsts[tile], Y + tile * TILE);
 }
 
-void perp__half_invert(int32_t n, const double *L, double *X, int32_t *firsts, double *work)
+void perp__half_invert(int32_t n, const double *L, double *X, double *work)
 {
     const size_t width = perp__half_width(n);
+    int32_t firsts[PERP__HALF_MOST / TILE];
 
     memset(X, 0, (size_t)n * width * sizeof *X);
     for (size_t i = 0; i < (size_t)n; i++)

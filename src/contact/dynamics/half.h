@@ -26,10 +26,10 @@ static inline size_t perp__half_width(int32_t size)
 void perp__half_solve(int32_t n, int32_t size, const double *L, double *Y, const int32_t *firsts,
                       double *work);
 
-/* X := L^-1, n by perp__half_width(n), row-major; firsts: room for its tiles. And x := X'X x; work:
- * twice the width. Where n is small, divisions one after the other take longer than all of these
+/* X := L^-1, n <= PERP__HALF_MOST by perp__half_width(n), row-major. And x := X'X x; work: twice
+ * the width. Where n is small, divisions one after the other take longer than all of these
  * products. */
-void perp__half_invert(int32_t n, const double *L, double *X, int32_t *firsts, double *work);
+void perp__half_invert(int32_t n, const double *L, double *X, double *work);
 void perp__half_apply(int32_t n, const double *X, double *x, double *work);
 
 /* W := Y'Y, size by size. */

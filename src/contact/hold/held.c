@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "contact/law.h"
-#include "contact/rigid/rigid.h"
+#include "contact/solver.h"
 
 /* Zeros in v may take so much of what acts there: in units of tol what impulses may be wrong by,
  * and what M^-1 rounds to. */

@@ -3,7 +3,6 @@
 
 #include "base/groups.h"
 #include "contact/hold/hold.h"
-#include "linalg/held_rows.h"
 
 static void lay_out(perp__arena *arena, void *object)
 {

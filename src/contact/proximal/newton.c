@@ -14,8 +14,9 @@
 #include "contact/law.h"
 #include "contact/proximal/proximal.h"
 
-#define MOST_RHO 1e13
-#define REFINED 1e4 /* rho from which on solutions are refined */
+/* Whose inverse is that ridge beside a unit diagonal; and from which on solutions are refined. */
+#define MOST_RHO (1.0 / PERP__RIDGE)
+#define REFINED (PERP__FIRST_RHO * PERP__WARM_RHO)
 #define SLOW 0.7
 #define WORSE 3.0
 

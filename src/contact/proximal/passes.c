@@ -98,21 +98,8 @@ PERP__KERNEL static void project_one(int32_t d, double radius, const perp__discs
         x[i] = reach * z[i];
 }
 
-/* kernel(width, d, ...) with constants for the usual contacts. */
-#define WITH_KIND(kernel, s, k, ...)                                \
-    do {                                                            \
-        const int32_t rows = (s)->starts[(k) + 1] - (s)->starts[k]; \
-        if ((s)->width == 6 && rows == 3)                           \
-            kernel(6, 3, __VA_ARGS__);                              \
-        else if ((s)->width == 6 && rows == 1)                      \
-            kernel(6, 1, __VA_ARGS__);                              \
-        else if ((s)->width == 3 && rows == 2)                      \
-            kernel(3, 2, __VA_ARGS__);                              \
-        else if ((s)->width == 3 && rows == 3)                      \
-            kernel(3, 3, __VA_ARGS__);                              \
-        else                                                        \
-            kernel((s)->width, rows, __VA_ARGS__);                  \
-    } while (0)
+#define WITH_KIND(kernel, s, k, ...) \
+    PERP__WITH_SHAPE(kernel, (s)->width, (s)->starts[(k) + 1] - (s)->starts[k], __VA_ARGS__)
 
 static void clear(const perp__proximal *s, const perp__proximal_part *part, double *out)
 {

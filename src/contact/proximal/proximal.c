@@ -20,10 +20,8 @@
 #include "base/context.h"
 #include "contact/law.h"
 
-/* Stiffness of the sweeps that Newton's method starts from, and of its first centre. */
+/* Stiffness of the sweeps that Newton's method starts from. */
 #define SECOND_RHO 30.0
-#define CENTRE_RHO 100.0
-#define WARM_RHO 1e3
 
 /* Who asks for less than this, or for this method, has what a few more steps give, down to
  * rounding. */
@@ -110,7 +108,7 @@ void perp__proximal_split_run(perp__proximal *s, const perp__proximal_part *part
 static void run_first(perp__proximal *s, const perp__proximal_part *part, int32_t given)
 {
     if (given)
-        perp__proximal_newton_run(s, part, WARM_RHO, STEPS, IN_VAIN);
+        perp__proximal_newton_run(s, part, PERP__WARM_RHO, STEPS, IN_VAIN);
     if (perp__proximal_goes_on(s, s->tol) && (!given || s->discs)) {
         for (int32_t i = part->row; i < part->last_row; i++)
             s->x[i] = 0.0;
@@ -118,13 +116,15 @@ static void run_first(perp__proximal *s, const perp__proximal_part *part, int32_
         if (perp__proximal_goes_on(s, s->tol))
             perp__proximal_split_run(s, part, SECOND_RHO, SWEEPS);
         if (perp__proximal_goes_on(s, s->aim))
-            perp__proximal_newton_run(s, part, s->best_residual <= s->tol ? WARM_RHO : CENTRE_RHO,
-                                      STEPS, s->discs ? STEPS : IN_VAIN);
+            perp__proximal_newton_run(
+                s, part, s->best_residual <= s->tol ? PERP__WARM_RHO : PERP__CENTRE_RHO, STEPS,
+                s->discs ? STEPS : IN_VAIN);
     }
     if (!s->discs && perp__proximal_goes_on(s, s->tol)) {
         perp__proximal_interior_run(s, part);
         if (perp__proximal_goes_on(s, s->aim))
-            perp__proximal_newton_run(s, part, WARM_RHO, STEPS, s->folds ? 2 * IN_VAIN : STEPS);
+            perp__proximal_newton_run(s, part, PERP__WARM_RHO, STEPS,
+                                      s->folds ? 2 * IN_VAIN : STEPS);
     }
 }
 
@@ -158,7 +158,7 @@ static void run_part(perp__proximal *s, const perp__proximal_part *part,
     if (newton && iterate->attempt == 0 && perp__proximal_goes_on(s, s->tol))
         run_first(s, part, iterate->given);
     else if (newton && perp__proximal_goes_on(s, s->tol))
-        perp__proximal_newton_run(s, part, CENTRE_RHO, steps, patience);
+        perp__proximal_newton_run(s, part, PERP__CENTRE_RHO, steps, patience);
 
     /* 3. r from the best x. */
     for (int32_t k = part->constraint; k < part->last_constraint; k++) {
@@ -219,7 +219,7 @@ static void release(void *work)
 }
 
 const perp__contact_method perp__contact_proximal = {
-    PERP_CONTACT_METHOD_PROXIMAL, sizeof(perp__proximal), 2,      0, 0, check,
+    PERP_CONTACT_METHOD_PROXIMAL, sizeof(perp__proximal), 2,      0, check,
     perp__proximal_layout,        solve_proximal,         release};
 
 const perp__contact_method perp__contact_admm = {.id = PERP_CONTACT_METHOD_ADMM,

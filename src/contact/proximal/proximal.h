@@ -22,7 +22,11 @@
 #include "contact/method.h"
 #include "linalg/fronts/fronts.h"
 
-#define PERP__FIRST_RHO 10.0 /* stiffness of the first sweeps */
+/* Stiffness of the first sweeps, of Newton's first centre, and of that from where an answer is
+ * near: each as much more. */
+#define PERP__FIRST_RHO 10.0
+#define PERP__CENTRE_RHO (PERP__FIRST_RHO * PERP__FIRST_RHO)
+#define PERP__WARM_RHO (PERP__FIRST_RHO * PERP__CENTRE_RHO)
 
 /* What belongs to a part of the problem: one range of each. */
 typedef struct perp__proximal_part {

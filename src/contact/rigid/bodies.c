@@ -9,16 +9,9 @@
 static void layout(perp__arena *arena, void *object)
 {
     perp__bodies *b = object;
-    const size_t constraints = (size_t)b->constraints, size = (size_t)b->size;
-    const size_t padded = (size_t)b->blocks * (size_t)b->width;
 
-    b->rows = perp__arena_take(arena, constraints + 1, sizeof *b->rows);
-    b->constraint_of = perp__arena_take(arena, size, sizeof *b->constraint_of);
-    b->compliance = perp__arena_take(arena, size, sizeof *b->compliance);
-    b->piece_starts = perp__arena_take(arena, constraints + 1, sizeof *b->piece_starts);
-    b->mark =
-        perp__arena_take(arena, (padded > constraints ? padded : constraints) + 1, sizeof *b->mark);
-    PERP__DOUBLES(arena, padded, &b->y, &b->free);
+    perp__bodies_layout_constraints(arena, b);
+    PERP__DOUBLES(arena, (size_t)b->n, &b->y, &b->free);
     b->block_starts = perp__arena_take(arena, (size_t)b->blocks + 1, sizeof *b->block_starts);
     perp__bodies_layout_pieces(arena, b);
 }
@@ -48,7 +41,7 @@ PERP__KERNEL static void add_constraint(perp__bodies *b, const perp__rigid_probl
         const int32_t side = turn ^ first, body = g->body[side];
         const double *C;
 
-        if (body < 0 || body >= b->blocks)
+        if (!perp__rigid_moves(problem, body))
             continue;
         C = problem->factors + (size_t)body * (size_t)(width * width);
         b->piece_blocks[piece] = body;

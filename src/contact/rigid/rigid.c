@@ -1,45 +1,6 @@
 /* contact.h: a solver of the front door that is set up with bodies and rows as they are, no copy
- * but P = J C, and asked for no proofs unless the caller wants them. */
-#include "contact/rigid/rigid.h"
-
-#include <math.h>
-
-#include "base/context.h"
-#include "contact/settings.h"
-
-static void lay_out(perp__arena *arena, void *object)
-{
-    perp__rigid_solver *own = object;
-
-    own->warm = perp__arena_take(arena, (size_t)own->room, sizeof *own->warm);
-}
-
-perp_status perp__rigid_create(perp_context *context, perp__rigid_solver **solver)
-{
-    perp__rigid_solver *made = perp__allocate_zeros(context, 1, sizeof *made, "a contact solver");
-    perp_status status;
-
-    if (!made)
-        return PERP_ERROR_MEMORY;
-    status = perp__contact_create(context, &made->solver, NULL);
-    if (status == PERP_OK)
-        *solver = made;
-    else
-        perp__release(context, made);
-    return status;
-}
-
-void perp__rigid_destroy(perp__rigid_solver *solver)
-{
-    perp_context *context;
-
-    if (!solver)
-        return;
-    context = solver->solver->context;
-    perp__arena_release(&solver->arena);
-    perp__handle_end(solver->solver);
-    perp__release(context, solver);
-}
+ * but P = J C, and asked for no proofs. */
+#include "contact/solver.h"
 
 static void read_bounds(perp_contact_solver *s, const perp__rigid_problem *problem)
 {
@@ -65,13 +26,9 @@ static perp_status set_up(perp_contact_solver *s, const perp__rigid_problem *pro
     s->constraints = s->bodies.constraints;
     s->n = s->bodies.n;
     s->setups++;
-    s->sizes[0] = (size_t)s->contacts;
-    s->sizes[1] = (size_t)s->size;
-    s->sizes[2] = (size_t)s->constraints;
-    s->sizes[3] = (size_t)s->n;
-    s->sizes[4] = (size_t)s->bodies.blocks;
-    status = perp__arena_fit_sizes(&s->arena, s->context, perp__contact_lay_out, s, s->fitted,
-                                   s->sizes, 5);
+    status = perp__arena_fit_sizes(
+        &s->arena, s->context, perp__contact_lay_out, s, s->fitted,
+        (size_t[]){(size_t)s->contacts, (size_t)s->size, (size_t)s->constraints, (size_t)s->n}, 4);
     if (status != PERP_OK)
         return status;
     /* what laws are to the public entrance */
@@ -123,27 +80,16 @@ static perp_status hold(perp_contact_solver *s, double *r, double *u, const int8
     return status;
 }
 
-static perp_status prepare(perp__rigid_solver *solver, const perp__rigid_problem *problem)
+static perp_status prepare(perp_contact_solver *s, const perp__rigid_problem *problem)
 {
-    perp_contact_solver *s = solver->solver;
-    perp_status status = PERP_OK;
+    const int32_t keeps = problem->again && s->entrance == PERP__ENTRANCE_RIGID;
+    const perp_status status = keeps ? PERP_OK : set_up(s, problem);
 
-    if (!problem->again || !solver->is_set_up) {
-        solver->is_set_up = 0;
-        status = set_up(s, problem);
-    }
-    if (status == PERP_OK && problem->warm && s->size > solver->room) {
-        solver->room = s->size;
-        status = perp__arena_fit(&solver->arena, s->context, lay_out, solver);
-        if (status != PERP_OK)
-            solver->room = 0;
-    }
-    solver->is_set_up = status == PERP_OK;
     read_bounds(s, problem);
     s->rigid = problem;
     s->bodies.C = problem->factors;
     s->bodies.v_free = problem->free;
-    s->proves = problem->proves;
+    s->proves = 0;
     s->brief = problem->brief;
     s->enough = problem->enough;
     s->settings.method = perp__contact_method_named(problem->method);
@@ -153,17 +99,16 @@ static perp_status prepare(perp__rigid_solver *solver, const perp__rigid_problem
     return status;
 }
 
-perp_status perp__rigid_solve(perp__rigid_solver *solver, perp__rigid_answer *answer,
+perp_status perp__rigid_solve(perp_contact_solver *s, perp__rigid_answer *answer,
                               const perp__rigid_problem *problem)
 {
-    perp_contact_solver *s = solver->solver;
     perp__contact_candidate *best = &s->best;
     perp__contact_call call = {0};
-    perp_status status = prepare(solver, problem);
+    perp_status status = prepare(s, problem);
 
     if (status == PERP_OK && problem->warm) {
-        pack(problem, problem->warm, solver->warm);
-        call.r0 = solver->warm;
+        pack(problem, problem->warm, s->warm);
+        call.r0 = s->warm;
     }
     PERP__THEN(status, perp__contact_find(s, &call, problem->deadline));
     if (status == PERP_OK && problem->holds)
@@ -181,23 +126,18 @@ perp_status perp__rigid_solve(perp__rigid_solver *solver, perp__rigid_answer *an
     for (int32_t k = 0; answer->modes && k < problem->contacts; k++)
         answer->modes[k] = best->modes[k];
     answer->outcome = best->outcome;
-    answer->method = best->method;
-    answer->held = problem->holds;
     answer->iterations = s->iterations;
     answer->tested = best->worth.tested;
     answer->own = best->worth.own;
     answer->backward = best->worth.backward;
-    answer->certificate =
-        best->outcome == PERP_OUTCOME_RAY ? s->certificate : PERP_CONTACT_CERTIFICATE_NONE;
     return PERP_OK;
 }
 
-perp_status perp__rigid_hold(perp__rigid_solver *solver, perp__rigid_answer *answer,
+perp_status perp__rigid_hold(perp_contact_solver *s, perp__rigid_answer *answer,
                              const perp__rigid_problem *problem)
 {
-    perp_contact_solver *s = solver->solver;
     perp__contact_call call = {0};
-    perp_status status = prepare(solver, problem);
+    perp_status status = prepare(s, problem);
 
     s->call = &call;
     PERP__THEN(status, perp__contact_load(s));
@@ -208,7 +148,6 @@ perp_status perp__rigid_hold(perp__rigid_solver *solver, perp__rigid_answer *ans
         perp__rigid_velocities(s);
         status = hold(s, s->r, s->u, s->modes, s->v, answer->carrier);
     }
-    answer->held = status == PERP_OK;
     if (status == PERP_OK && answer->velocity)
         unpack(problem, s->u, answer->velocity);
     if (status == PERP_OK)

@@ -260,7 +260,6 @@ static void write_answer(const single *s, perp__rigid_answer *answer)
         answer->modes[k] = s->modes[k];
     }
     answer->carrier[0] = s->rank == s->problem->width ? PERP__RIGID_AT_REST : PERP__RIGID_FREE;
-    answer->held = 1;
     answer->iterations = 0;
 }
 

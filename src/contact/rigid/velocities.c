@@ -4,7 +4,7 @@
  *
  * in doubled precision from the caller's rows and factors (products and their sums with the errors
  * beside them: Ogita, Rump & Oishi, SIAM J. Sci. Comput. 26 (2005) 1955). */
-#include "contact/rigid/rigid.h"
+#include "contact/solver.h"
 
 #include <math.h>
 #include <string.h>
@@ -102,8 +102,8 @@ static int32_t root_of(const perp__rigid_problem *p, int32_t body)
 /* Where a body is that moves as one with others: PERP__RIGID_FREE if it is with none. */
 static int32_t place_of(const perp_contact_solver *solver, int32_t body)
 {
-    return body >= 0 && body < solver->rigid->bodies ? solver->hold.root[body]
-                                                     : root_of(solver->rigid, body);
+    return perp__rigid_moves(solver->rigid, body) ? solver->hold.root[body]
+                                                  : root_of(solver->rigid, body);
 }
 
 void perp__rigid_held_velocities(const perp_contact_solver *solver, const double *v, double *u)
@@ -185,7 +185,7 @@ PERP__KERNEL static void push_rows(int32_t width, const perp__rigid_problem *p,
     for (int32_t side = 0; side < 2; side++) {
         const int64_t at = (int64_t)g->body[side] * width;
 
-        if (g->body[side] < 0 || g->body[side] >= p->bodies)
+        if (!perp__rigid_moves(p, g->body[side]))
             continue;
         for (int32_t i = 0; i < g->dim; i++)
             for (int32_t j = 0; j < width; j++)

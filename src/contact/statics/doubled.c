@@ -14,8 +14,9 @@
 #define DOUBLED_PRODUCT 20.0
 
 /* A pivot beside its diagonal entry that is none: its coordinate is one that nothing pushes, or a
- * combination of others, and stays 0. Margins of 1e-13 have pivots of 1e-26. */
-#define NONE 1e-27
+ * combination of others, and stays 0: what is nothing beside what doubles come to at best. Margins
+ * of 1e-13 have pivots of 1e-26. */
+#define NONE (PERP__BALANCED * PERP__BALANCED_AT_BEST)
 
 typedef perp__pair pair;
 

@@ -7,7 +7,6 @@
 #include "base/context.h"
 #include "base/sort.h"
 #include "contact/statics/interior.h"
-#include "contact/tuning.h"
 #include "linalg/doubled.h"
 #include "linalg/lanes/lanes.h"
 
@@ -204,17 +203,11 @@ PERP__KERNEL static double dot(int32_t n, const double *a, const double *b)
     return sum;
 }
 
-/* A kernel for a unit's rows and width; those of a contact of two bodies in space are constants. */
-#define SIZED(kernel, s, unit, ...)                              \
-    do {                                                         \
-        if ((s)->rows->width == 6 && (unit)->rows == 3)          \
-            kernel(3, 6, __VA_ARGS__);                           \
-        else                                                     \
-            kernel((unit)->rows, (s)->rows->width, __VA_ARGS__); \
-    } while (0)
+#define SIZED(kernel, s, unit, ...) \
+    PERP__WITH_SHAPE(kernel, (s)->rows->width, (unit)->rows, __VA_ARGS__)
 
 /* to += factor A x, and terms, unless NULL, their sizes. */
-PERP__KERNEL static void add_rows(int32_t rows, int32_t width, const perp__statics *s,
+PERP__KERNEL static void add_rows(int32_t width, int32_t rows, const perp__statics *s,
                                   const perp__statics_unit *unit, double factor, const double *x,
                                   double *to, double *terms)
 {
@@ -233,7 +226,7 @@ PERP__KERNEL static void add_rows(int32_t rows, int32_t width, const perp__stati
 }
 
 /* out := A'y */
-PERP__KERNEL static void take_rows(int32_t rows, int32_t width, const perp__statics *s,
+PERP__KERNEL static void take_rows(int32_t width, int32_t rows, const perp__statics *s,
                                    const perp__statics_unit *unit, const double *y, double *out)
 {
     for (int32_t k = 0; k < rows; k++)
@@ -255,7 +248,7 @@ PERP__MULTIVERSION_SHARED(perp__statics_meet,
 }
 
 /* out := F F' p */
-PERP__KERNEL static void apply_inverse(int32_t rows, int32_t width, const double *F,
+PERP__KERNEL static void apply_inverse(int32_t width, int32_t rows, const double *F,
                                        const double *p, double *out)
 {
     double q[PERP__STATICS_MOST_ROWS];
@@ -358,6 +351,6 @@ void perp__statics_pull(perp__statics *s, const double *p, const double *dy, con
         for (int32_t k = 0; k < rows; k++)
             dx[row + k] = q[k] = s->idle[u] ? 0.0 : s->met[row + k] + p[row + k];
         if (!s->idle[u])
-            apply_inverse(rows, 0, s->F + s->square[u], q, dx + row);
+            apply_inverse(0, rows, s->F + s->square[u], q, dx + row);
     }
 }

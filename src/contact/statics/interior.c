@@ -26,9 +26,6 @@
 #define ROOMY 0.05
 #define ROOMY_ITERATIONS 2
 
-/* A step that leads nowhere. */
-#define SHORT 1e-6
-
 /* Of joints, which carry what the heaviest bodies weigh, of size 1: rho beside u z. */
 #define PROXIMAL 0.1
 
@@ -380,7 +377,7 @@ perp__statics_end perp__statics_follow_path(perp__statics *s, perp__statics_answ
 
         /* 3. On. */
         step = iterate(s, count > 0 ? gap / count : 0.0);
-        slow = step < SHORT ? slow + 1 : 0;
+        slow = step <= PERP__BALANCED ? slow + 1 : 0; /* leads nowhere */
         if (step == 0.0 || slow > 2)
             break;
     }

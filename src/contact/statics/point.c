@@ -104,7 +104,6 @@ void perp__statics_build_cones(perp__statics *s)
     s->unit_cone[s->rows->units] = s->cone_count;
 }
 
-/* x := the least |x|^2 with A x = b, without cones; y; returns what is left of b. */
 void perp__statics_clear(perp__statics *s)
 {
     for (int32_t u = 0; u < s->rows->units; u++)
@@ -112,10 +111,9 @@ void perp__statics_clear(perp__statics *s)
             s->x[s->rows->unit[u].row + k] = 0.0;
 }
 
+/* x := the least |x|^2 with A x = b, without cones; y; returns what is left of b. */
 double perp__statics_start_balanced(perp__statics *s)
 {
-    const size_t n = (size_t)s->rows->nodes * (size_t)s->rows->width;
-
     for (int32_t u = 0; u < s->rows->units; u++) {
         double *F = s->F + s->square[u];
         const int32_t rows = s->rows->unit[u].rows;
@@ -128,7 +126,7 @@ double perp__statics_start_balanced(perp__statics *s)
     if (!perp__statics_factor(s))
         return INFINITY;
     perp__statics_clear(s);
-    memset(s->y, 0, n * sizeof *s->y);
+    memset(s->y, 0, perp__statics_numbers(s) * sizeof *s->y);
     return perp__statics_refine(s, perp__statics_unbalance(s, 0), PERP__BALANCED_AT_BEST);
 }
 

@@ -12,7 +12,7 @@
 
 #include "base/arena.h"
 #include "contact/dynamics/dynamics.h"
-#include "contact/statics/tuning.h"
+#include "contact/tuning.h"
 
 enum { PERP__STATICS_CONE, PERP__STATICS_INTERVAL, PERP__STATICS_FREE };
 enum { PERP__STATICS_MOST_ROWS = 6 };

@@ -92,8 +92,12 @@ int32_t perp__local_step(perp__local *local, const double *u, double *r)
     double turned[3];
     int32_t mode;
 
-    if (local->dim == 1)
-        return perp__step_1(local, u, r);
+    if (local->dim == 1) {
+        const double z = r[0] - u[0] * local->inverse_normal;
+
+        r[0] = z > 0.0 ? z : 0.0;
+        return z > 0.0 ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
+    }
     if (local->dim == 2)
         return perp__step_2(local, u, r);
     turned[0] = u[0];

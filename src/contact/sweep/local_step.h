@@ -154,12 +154,4 @@ PERP__KERNEL static int32_t perp__step_2(const perp__local *local, const double 
     return PERP_CONTACT_SLIP;
 }
 
-PERP__KERNEL static int32_t perp__step_1(const perp__local *local, const double *u, double *r)
-{
-    const double z = r[0] - u[0] * local->inverse_normal;
-
-    r[0] = z > 0.0 ? z : 0.0;
-    return z > 0.0 ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
-}
-
 #endif

@@ -18,19 +18,15 @@ void perp__mixing_layout(perp__arena *arena, perp__mixing *mixing, size_t size, 
     mixing->Y = perp__arena_take(arena, y_size, PERP__MIXING_DEPTH * sizeof(double));
 }
 
-void perp__mixing_forget(perp__mixing *mixing)
+void perp__mixing_forget(perp__mixing *mixing, const double *r)
 {
+    memcpy(mixing->before, r, (size_t)mixing->size * sizeof *r);
     mixing->count = mixing->next = mixing->has_last = 0;
     mixing->norm = INFINITY;
     memset(mixing->f, 0, (size_t)mixing->size * sizeof *mixing->f);
     memset(mixing->r, 0, (size_t)mixing->size * sizeof *mixing->r);
     for (int32_t i = 0; i < mixing->y_size; i++)
         mixing->y[i] = 0.0;
-}
-
-void perp__mixing_before(perp__mixing *mixing, const double *r)
-{
-    memcpy(mixing->before, r, (size_t)mixing->size * sizeof *r);
 }
 
 /* f := weights (r - before) with F := f - f of the last sweep, R := r - r of the last sweep */
@@ -132,8 +128,9 @@ void perp__mixing_after(perp__mixing *m, const double *weights, double *r, doubl
     if (!(norm <= m->norm))
         m->count = m->next = 0;
     m->norm = norm;
-    if (m->count == 0 || !least_squares(m, x))
-        return;
-    combine(r, m->R, x, m->count, m->size);
-    combine(y, m->Y, x, m->count, m->y_size);
+    if (m->count > 0 && least_squares(m, x)) {
+        combine(r, m->R, x, m->count, m->size);
+        combine(y, m->Y, x, m->count, m->y_size);
+    }
+    memcpy(m->before, r, size * sizeof *r);
 }

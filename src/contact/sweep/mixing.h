@@ -22,12 +22,10 @@ typedef struct perp__mixing {
 } perp__mixing;
 
 void perp__mixing_layout(perp__arena *arena, perp__mixing *mixing, size_t size, size_t y_size);
-void perp__mixing_forget(perp__mixing *mixing);
+/* The first sweep begins at r. */
+void perp__mixing_forget(perp__mixing *mixing, const double *r);
 
-/* Before a sweep: keeps r. */
-void perp__mixing_before(perp__mixing *mixing, const double *r);
-
-/* After it: r and y, the sweep's result, become the next start. weights: size. */
+/* After a sweep: r and y, its result, become the next start. weights: size. */
 void perp__mixing_after(perp__mixing *mixing, const double *weights, double *r, double *y);
 
 #endif

@@ -7,7 +7,9 @@
 
 #include "contact/law.h"
 #include "contact/sweep/local_step.h"
-#include "contact/sweep/packed.h"
+#include "contact/sweep/sweep.h"
+#include "linalg/lanes/lanes.h"
+#include "linalg/lanes/multiversion.h"
 
 enum { WIDTH = PERP__PACKED_WIDTH, ROW = PERP__PACKED_ROW };
 
@@ -65,6 +67,47 @@ void perp__sweep_pack(perp__sweep_work *work, int32_t k, perp__packed_contact *c
     c->weight = work->weights[k] * work->weights[k];
 }
 
+#define SUM_LANES(v) ((((v)[0] + (v)[2]) + ((v)[1] + (v)[3])))
+
+/* u := P (first, second) + q + compliance x */
+PERP__KERNEL static void find_velocity(const perp__packed_contact *c, const double *first,
+                                       const double *second, const double *x, double *u)
+{
+    const perp__lanes a = PERP__CONST_LANES_AT(first), b = PERP__CONST_LANES_AT(second);
+    const perp__lanes ends = {first[4], first[5], second[4], second[5]};
+    const double *P = c->P;
+
+    for (int32_t i = 0; i < 3; i++, P += ROW) {
+        const perp__lanes sum = PERP__CONST_LANES_AT(P) * a + PERP__CONST_LANES_AT(P + 4) * b +
+                                PERP__CONST_LANES_AT(P + 8) * ends;
+
+        u[i] = SUM_LANES(sum) + (c->q[i] + c->compliance[i > 0] * x[i]);
+    }
+}
+
+/* (first, second) += P'd */
+PERP__KERNEL static void push(const perp__packed_contact *c, const double *d, double *first,
+                              double *second)
+{
+    perp__lanes a = PERP__LANES_AT(first), b = PERP__LANES_AT(second);
+    perp__lanes ends = {first[4], first[5], second[4], second[5]};
+
+    for (int32_t i = 2; i >= 0; i--) { /* the normal last: its step is known last */
+        const perp__lanes step = PERP__SAME_LANES(d[i]);
+        const double *P = c->P + i * ROW;
+
+        a += PERP__CONST_LANES_AT(P) * step;
+        b += PERP__CONST_LANES_AT(P + 4) * step;
+        ends += PERP__CONST_LANES_AT(P + 8) * step;
+    }
+    PERP__LANES_AT(first) = a;
+    PERP__LANES_AT(second) = b;
+    first[4] = ends[0];
+    first[5] = ends[1];
+    second[4] = ends[2];
+    second[5] = ends[3];
+}
+
 PERP__MULTIVERSION_SHARED(perp__sweep_packed,
                           (perp__sweep_work * work, int32_t from, int32_t to, double *most),
                           (work, from, to, most))
@@ -78,7 +121,7 @@ PERP__MULTIVERSION_SHARED(perp__sweep_packed,
         double *second = work->y + (size_t)c->blocks[1] * WIDTH, *r = work->r + work->rows[k];
         double x[3] = {r[0], dim > 1 ? r[1] : 0.0, dim > 2 ? r[2] : 0.0}, u[3], d[3], change;
 
-        perp__packed_velocity(c, first, second, x, u);
+        find_velocity(c, first, second, x, u);
         memcpy(d, x, sizeof d);
         work->modes[k] =
             (int8_t)(dim == 2 ? perp__step_2(&c->local, u, x) : perp__step_3(&c->local, u, x));
@@ -88,7 +131,7 @@ PERP__MULTIVERSION_SHARED(perp__sweep_packed,
         if (change != 0.0) {
             for (int32_t i = 0; i < dim; i++)
                 r[i] = x[i];
-            perp__packed_push(c, d, first, second);
+            push(c, d, first, second);
         }
         change *= c->weight;
         if (!(change <= worst))

@@ -94,14 +94,13 @@ static int32_t visit(perp__sweep_work *work, int32_t constraint, double *u, doub
 static double row_times(const perp__sweep_work *work, int32_t i, const double *r)
 {
     const double *W = work->entries;
-    const int64_t start = work->entry_starts[i], end = work->entry_starts[i + 1];
     double sum[4] = {work->common.problem->q[i], 0.0, 0.0, 0.0};
 
     if (work->columns)
-        for (int64_t k = start; k < end; k++)
+        for (int32_t k = work->entry_starts[i]; k < work->entry_starts[i + 1]; k++)
             sum[k % 4] += W[k] * r[work->columns[k]];
     else
-        perp__loops_dot((int32_t)(end - start), W + start, r, &sum[1]);
+        perp__loops_dot(work->size, W + (size_t)i * (size_t)work->size, r, &sum[1]);
     return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 

@@ -29,8 +29,7 @@ void perp__sweep_layout(perp__arena *arena, void *object)
     work->y = work->entries = NULL;
     work->packs = NULL;
     work->packed = NULL;
-    work->entry_starts = NULL;
-    work->columns = NULL;
+    work->entry_starts = work->columns = NULL;
 
     /* 2. Of bodies; of W. */
     if (b) {
@@ -45,43 +44,24 @@ void perp__sweep_layout(perp__arena *arena, void *object)
     } else {
         entries = W->column_starts ? (size_t)W->column_starts[W->columns]
                                    : (size_t)W->rows * (size_t)W->columns;
-        work->entry_starts = perp__arena_take(arena, size + 1, sizeof *work->entry_starts);
         work->entries = perp__arena_take(arena, entries, sizeof(double));
-        if (W->column_starts)
-            work->columns = perp__arena_take(arena, entries, sizeof *work->columns);
+        if (W->column_starts) {
+            PERP__INTEGERS(arena, size + 1, &work->entry_starts);
+            PERP__INTEGERS(arena, entries, &work->columns);
+        }
     }
     perp__mixing_layout(arena, &work->mixing, size, y_size);
 }
 
-/* W by rows. */
 static void read_matrix(perp__sweep_work *work, const perp__matrix *W)
 {
-    int64_t *starts = work->entry_starts;
+    const perp__matrix transposed = {
+        W->columns, W->rows, W->column_stride, W->row_stride, W->values, NULL, NULL};
 
-    if (!W->column_starts) {
-        for (int32_t i = 0; i < W->rows; i++) {
-            starts[i] = (int64_t)i * W->columns;
-            for (int32_t j = 0; j < W->columns; j++)
-                work->entries[starts[i] + j] =
-                    W->values[(size_t)i * W->row_stride + (size_t)j * W->column_stride];
-        }
-        starts[W->rows] = (int64_t)W->rows * W->columns;
-        return;
-    }
-    memset(starts, 0, ((size_t)work->size + 1) * sizeof *starts);
-    for (int32_t k = 0; k < W->column_starts[W->columns]; k++)
-        starts[W->row_indices[k] + 1]++;
-    for (int32_t i = 0; i < work->size; i++)
-        starts[i + 1] += starts[i];
-    for (int32_t j = 0; j < W->columns; j++)
-        for (int32_t k = W->column_starts[j]; k < W->column_starts[j + 1]; k++) {
-            const int64_t at = starts[W->row_indices[k]]++;
-
-            work->columns[at] = j;
-            work->entries[at] = W->values[k];
-        }
-    memmove(starts + 1, starts, (size_t)work->size * sizeof *starts);
-    starts[0] = 0;
+    if (W->column_starts)
+        perp__transpose_csc(W, work->entry_starts, work->columns, work->entries);
+    else
+        perp__matrix_spread(&transposed, work->entries, (size_t)work->size);
 }
 
 /* W_kk of a constraint, row-major. */
@@ -95,13 +75,11 @@ static void read_diagonal(const perp__sweep_work *work, int32_t constraint, doub
     }
     memset(W, 0, (size_t)(rows * rows) * sizeof *W);
     for (int32_t i = 0; i < rows; i++) {
-        const int64_t start = work->entry_starts[first + i];
-
-        if (!work->columns) {
-            memcpy(W + i * rows, work->entries + start + first, (size_t)rows * sizeof *W);
-            continue;
-        }
-        for (int64_t k = start; k < work->entry_starts[first + i + 1]; k++)
+        if (!work->columns)
+            memcpy(W + i * rows, work->entries + (size_t)(first + i) * (size_t)work->size + first,
+                   (size_t)rows * sizeof *W);
+        for (int32_t k = work->columns ? work->entry_starts[first + i] : 0;
+             work->columns && k < work->entry_starts[first + i + 1]; k++)
             if (work->columns[k] >= first && work->columns[k] < first + rows)
                 W[i * rows + work->columns[k] - first] = work->entries[k];
     }

@@ -19,12 +19,6 @@
  * then may still come to an end before so many, which are cheap beside what follows. */
 #define PATIENCE 160
 
-static perp_status check(const perp__contact_problem *problem)
-{
-    (void)problem; /* every one that the front door lets through, with the exact cone */
-    return PERP_OK;
-}
-
 /* Whether what is left is more than the limit leaves room for, at the rate since there were a
  * quarter as many sweeps: over less they often stand still, and go on. */
 static int32_t is_too_slow(perp__sweep_work *work, int64_t limit)
@@ -92,7 +86,7 @@ static void start(perp__sweep_work *work, perp__contact_iterate *iterate)
         memset(iterate->r, 0, bytes);
     begin_at(work, iterate->r);
     memcpy(work->best, work->r, bytes);
-    perp__mixing_forget(&work->mixing);
+    perp__mixing_forget(&work->mixing, work->r);
     memset(work->modes, 0, (size_t)problem->contacts * sizeof *work->modes);
     work->least = work->least_before = work->remembered = work->residual = INFINITY;
     work->looked[0] = work->looked[1] = INFINITY;
@@ -146,7 +140,6 @@ static perp_status solve(void *object, perp__contact_iterate *iterate)
         /* 1. One sweep, from where mixing the last ones leads to. */
         if (work->sweeps > 0)
             perp__mixing_after(&work->mixing, work->row_weights, work->r, work->y);
-        perp__mixing_before(&work->mixing, work->r);
         work->sweeps++;
         change = perp__sweep_pass(work);
 
@@ -181,7 +174,5 @@ static perp_status solve(void *object, perp__contact_iterate *iterate)
 const perp__contact_method perp__contact_sweep = {.id = PERP_CONTACT_METHOD_SWEEP,
                                                   .work_size = sizeof(perp__sweep_work),
                                                   .attempts = 1,
-                                                  .lays_out_by_size = 1,
-                                                  .check = check,
                                                   .layout = perp__sweep_layout,
                                                   .solve = solve};

@@ -56,9 +56,7 @@ typedef struct perp__sweep_work {
     int64_t next_look;
     double remembered, residual; /* the change that led to `best`; the residual of r in the end */
     double share;                /* of tol: the change that makes the residual worth its cost */
-    /* W by rows; columns NULL: dense */
-    int64_t *entry_starts; /* size + 1 */
-    int32_t *columns;
+    int32_t *entry_starts, *columns; /* W by rows: size + 1, ...; NULL: dense */
     double *entries;
 } perp__sweep_work;
 

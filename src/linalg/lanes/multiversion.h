@@ -44,6 +44,21 @@
 
 #endif
 
+/* kernel(width, rows, ...) with constants where `rows` of a matrix lie on rigid bodies, of so many
+ * coordinates each, as those of usual contacts do. The sums and their order are the same for all.
+ */
+#define PERP__WITH_SHAPE(kernel, width, rows, ...) \
+    do {                                           \
+        if ((width) == 6 && (rows) == 3)           \
+            kernel(6, 3, __VA_ARGS__);             \
+        else if ((width) == 6 && (rows) == 1)      \
+            kernel(6, 1, __VA_ARGS__);             \
+        else if ((width) == 3 && (rows) == 2)      \
+            kernel(3, 2, __VA_ARGS__);             \
+        else                                       \
+            kernel(width, rows, __VA_ARGS__);      \
+    } while (0)
+
 #define PERP__MULTIVERSION(name, parameters, arguments) \
     PERP__MULTIVERSIONS(static, name, parameters, arguments)
 #define PERP__MULTIVERSION_SHARED(name, parameters, arguments) \

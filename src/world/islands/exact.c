@@ -155,7 +155,6 @@ perp_status perp__hold_island(perp_world *world, const perp__island *island,
         answer->outcome = perp__worse_outcome(outcome, answer->outcome);
         return PERP_OK;
     }
-    answer->held = 0;
     memcpy(work->v, work->solved, numbers * sizeof(double));
     memcpy(work->velocity, work->solved_rows, 3 * (size_t)work->units * sizeof(double));
     return PERP_OK;

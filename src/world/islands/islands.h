@@ -189,8 +189,7 @@ double perp__swept_tol(const perp_world *world);
 perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
                              perp__verdict *verdict);
 
-/* Velocities in what the rows that hold leave free, where they are an answer to tol as well: then
- * answer->held. */
+/* Velocities in what the rows that hold leave free, where they are an answer to tol as well. */
 perp_status perp__hold_island(perp_world *world, const perp__island *island,
                               perp__rigid_answer *answer, const perp__rigid_problem *problem,
                               double tol);

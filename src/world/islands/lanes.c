@@ -50,7 +50,7 @@ perp_status perp__create_lanes(perp_world *world)
         lane->share.context = lane->world.context = &lane->context;
         perp__coloured_init(&lane->world.coloured, &lane->context);
         lane->world.standing = &lane->standing;
-        status = perp__rigid_create(&lane->context, &lane->world.solver);
+        status = perp__contact_create(&lane->context, &lane->world.solver, NULL);
     }
     return status == PERP_OK ? status : perp__fail_memory(world->context, "the threads");
 }
@@ -60,7 +60,7 @@ void perp__release_lanes(perp_world *world)
     for (int32_t k = 0; k < world->lane_count; k++) {
         perp__lane *lane = &world->lanes[k];
 
-        perp__rigid_destroy(lane->world.solver);
+        perp__handle_end(lane->world.solver);
         perp__standing_release(&lane->standing);
         perp__coloured_release(&lane->world.coloured);
         perp__arena_release(&lane->world.island_arena);
