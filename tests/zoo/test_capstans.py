@@ -1,7 +1,7 @@
-"""Chains of light beads, equally far from each other, that hang over a round bar with a load at each
-end, up to a thousand times as heavy as a bead: while a chain slides, links stay as long as they are,
-and no bead goes into the bar. What taut light beads lack is closed by ways of the loads, also where
-these ways are held off the bar."""
+"""Chains of light beads, equally far from each other, that hang over a round bar with a load at
+each end, up to a thousand times as heavy as a bead: while a chain slides, links stay as long as
+they are, and no bead goes into the bar. What taut light beads lack is closed by ways of the loads,
+also where these ways are held off the bar."""
 
 from __future__ import annotations
 
@@ -35,7 +35,8 @@ def capstan(seed: int, level: str) -> tuple[perp.World, list[perp.Body]]:
     places += [(round_bar * math.cos(a), round_bar * math.sin(a)) for a in angles]
     places += [(round_bar, -link * k) for k in range(1, HANGING + 1)]
     mass, chain = 10 ** random.uniform(-3, -2), []
-    ratio = 1 + (math.exp(friction * math.pi) - 1) * random.uniform(1.1, 1.4) + random.uniform(0, 0.5)
+    holds = math.exp(friction * math.pi)
+    ratio = 1 + (holds - 1) * random.uniform(1.1, 1.4) + random.uniform(0, 0.5)
     ends = [(-round_bar, places[0][1] - 0.3), (round_bar, places[-1][1] - 0.3)]
     for k, at in enumerate([ends[0], *places, ends[1]]):
         load = {0: ratio, len(places) + 1: 1.0}.get(k)

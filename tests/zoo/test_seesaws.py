@@ -1,5 +1,5 @@
-"""Planks on a hinge with limits, boxes and balls that lie on one end and fall on the other: what the
-plank takes from one it gives to others. Energy is judged of all that a step joins, not of some."""
+"""Planks on a hinge with limits, boxes and balls that lie on one end and fall on the other: what
+the plank takes from one it gives to others. Energy is judged of all that a step joins."""
 
 from __future__ import annotations
 
@@ -34,8 +34,9 @@ def seesaw(seed: int, level: str) -> tuple[perp.World, list[perp.Body], perp.Joi
     plank = world.add_body(random.uniform(0.5, 5), position=(0, 0, high))
     plank.add_box((half, 0.3, 0.03))
     limit = math.asin(min(high / half, 0.6)) * random.uniform(0.3, 0.6)
-    joint = world.add_joint("revolute", world.ground, plank, axis=(0, 1, 0), lower=-limit, upper=limit,
-                            anchor=(random.uniform(-0.2, 0.2), 0, high))
+    anchor = (random.uniform(-0.2, 0.2), 0, high)
+    joint = world.add_joint("revolute", world.ground, plank, anchor=anchor, axis=(0, 1, 0),
+                            lower=-limit, upper=limit)
     bodies = [plank]
     for k in range(int(random.integers(1, 4))):
         at = (-half * random.uniform(0.5, 0.95), 0, high + 0.4 + 0.6 * k)
