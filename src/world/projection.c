@@ -298,12 +298,14 @@ perp_status perp__project_overlaps(perp_world *world, int32_t *changed)
     for (int32_t i = 0; i < world->island_count && status == PERP_OK; i++) {
         const perp__island *island = &world->islands[i];
         const double lack = perp__island_errors(world, island);
+        const double given = island->joints > 0 ? perp__energy_given(world, island) : 0.0;
         double most, longest = lack + longest_opening(world, island, &most);
 
         if (longest > 0.0)
             status = project_island(world, island, longest, lack + most);
+        if (status == PERP_OK && island->joints > 0)
+            status = perp__close_again(world, island, given); /* what turns left of them */
     }
-    PERP__THEN(status, perp__close_joints(world)); /* which the ways left by their turns */
     return status;
 }
 

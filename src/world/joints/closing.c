@@ -150,8 +150,8 @@ perp_status perp__close_island(perp_world *world, const perp__island *island, do
             go_there(world, island, share);
             left = perp__island_errors(world, island);
         }
-        slow = came + sunk == 0 && held <= 0 && !(left < SLOW * error);
-        stuck = slow && equally && !(left < error);
+        slow = came + sunk == 0 && !(left < SLOW * error);
+        stuck = slow && equally && held <= 0 && !(left < error);
         equally |= slow;
         /* what is taken back has its factors still; others serve once more where twice the share
          * that they left is, of what is left, no more than joints may lack */

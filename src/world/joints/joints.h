@@ -158,8 +158,12 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed);
 /* The most that the island's motors can do in a step; infinite of those whose force is. */
 double perp__work_of_motors(const perp_world *world, const perp__island *island);
 
-/* The same without energy, of the islands at hand. */
-perp_status perp__close_joints(perp_world *world);
+/* What the step gave it beyond the work of forces and motors, as seen by what it is tied to. */
+double perp__energy_given(const perp_world *world, const perp__island *island);
+
+/* Takes out what joints lack then, and what that gives an island beside what it was given before.
+ */
+perp_status perp__close_again(perp_world *world, const perp__island *island, double given);
 /* The sum of what joints lack, as lengths, 0 where that is rounding; and of an island. */
 double perp__joint_errors(const perp_world *world);
 double perp__island_errors(const perp_world *world, const perp__island *island);

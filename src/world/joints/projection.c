@@ -325,8 +325,7 @@ static void take_energy(perp_world *world, const perp__island *island, double ex
     }
 }
 
-/* What the step gave it beyond the work of forces and motors, as seen by what it is tied to. */
-static double energy_given(const perp_world *world, const perp__island *island)
+double perp__energy_given(const perp_world *world, const perp__island *island)
 {
     double lost = 0.0, frame[3];
 
@@ -361,7 +360,7 @@ static int32_t keep_energy(perp_world *world, const perp__island *island, double
         perp__copy3(world->next[body].velocity, now.velocity);
         perp__copy3(world->next[body].angular_velocity, now.angular_velocity);
     }
-    take_energy(world, island, stays ? energy_given(world, island) : given);
+    take_energy(world, island, stays ? perp__energy_given(world, island) : given);
     return stays;
 }
 
@@ -449,7 +448,7 @@ static double take_from_turns(perp_world *world, const perp__island *island, int
 
     for (int32_t i = 0; i < island->bodies; i++)
         sum += turn_gave(world, world->body_order[island->first_body + i], all);
-    share = fmin(energy_given(world, island) / sum, 1.0);
+    share = fmin(perp__energy_given(world, island) / sum, 1.0);
     for (int32_t i = 0; i < island->bodies && share > 0.0; i++) {
         const int32_t body = world->body_order[island->first_body + i];
         const double gave = turn_gave(world, body, all), spin = turn_gave(world, body, 1);
@@ -457,7 +456,7 @@ static double take_from_turns(perp_world *world, const perp__island *island, int
         for (int32_t k = 0; k < 3 && gave > 0.0; k++)
             world->next[body].angular_velocity[k] *= sqrt(1.0 - share * gave / spin);
     }
-    return energy_given(world, island);
+    return perp__energy_given(world, island);
 }
 
 /* Impulses give less, all in one ratio 1 - t, where the energy of what they make of velocities is
@@ -546,7 +545,7 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed)
     PERP__THEN(status, perp__build_islands(world, &world->contacts, 1));
     for (int32_t i = 0; i < world->island_count && status == PERP_OK; i++) {
         const perp__island *island = &world->islands[i];
-        double given = energy_given(world, island);
+        double given = perp__energy_given(world, island);
 
         *changed |= given > 0.0;
         given = given > 0.0 ? take_given(world, island) : 0.0;
@@ -558,25 +557,18 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed)
     return status;
 }
 
-/* What the ways out of overlaps left by their turns. Those had no more energy than the step lost;
- * of bodies that joints take far, closing may not have it either. */
-perp_status perp__close_joints(perp_world *world)
+/* Closes what the ways out of overlaps left by their turns. Those had no more energy than the step
+ * lost; of bodies that joints take far, closing may not have it either. What the island was `given`
+ * before came from others that the step joins to it. */
+perp_status perp__close_again(perp_world *world, const perp__island *island, double given)
 {
-    perp_status status = PERP_OK;
+    int32_t changed = 0, far = 0;
+    perp_status status = perp__close_island(world, island, 0.0, &changed);
 
-    for (int32_t i = 0; i < world->island_count && status == PERP_OK; i++) {
-        const perp__island *island = &world->islands[i];
-        int32_t changed = 0, far = 0;
-        double given = 0.0;
-
-        if (island->joints > 0)
-            status = perp__close_island(world, island, 0.0, &changed);
-        for (int32_t k = 0; k < island->bodies; k++)
-            far |= world->roles[world->body_order[island->first_body + k]].far;
-        if (far && !perp__has_put(world, island))
-            given = energy_given(world, island);
-        if (given > 0.0)
-            take_energy(world, island, given);
-    }
+    for (int32_t k = 0; k < island->bodies; k++)
+        far |= world->roles[world->body_order[island->first_body + k]].far;
+    if (status == PERP_OK && far && !perp__has_put(world, island) &&
+        perp__energy_given(world, island) > given)
+        take_energy(world, island, perp__energy_given(world, island) - given);
     return status;
 }
