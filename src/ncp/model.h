@@ -166,8 +166,7 @@ double perp__ncp_residual_at_start(const perp__ncp_model *model, const double *z
  * is no unit of it. */
 int32_t perp__ncp_start_tells(const perp__ncp_model *model, const double *z, const double *w);
 
-/* max |mid(z - l, z - u, w)| in scaled units, and over omega; NaN stays. */
-double perp__ncp_residual(const perp__ncp_model *model, const double *z, const double *w);
+/* max |mid(z - l, z - u, w)| in scaled units over omega; NaN stays. */
 double perp__ncp_tested(const perp__ncp_model *model, const double *z, const double *w);
 
 #endif

@@ -228,16 +228,6 @@ int32_t perp__ncp_start_tells(const perp__ncp_model *m, const double *z, const d
     return 1;
 }
 
-double perp__ncp_residual(const perp__ncp_model *m, const double *z, const double *w)
-{
-    double most = 0.0;
-
-    for (int32_t i = 0; i < m->n; i++)
-        if (m->low[i] < m->high[i])
-            perp__raise_to(&most, fabs(perp__mid(z[i], m->low[i], m->high[i], w[i])));
-    return most;
-}
-
 double perp__ncp_tested(const perp__ncp_model *m, const double *z, const double *w)
 {
     double most = 0.0;
