@@ -126,9 +126,6 @@ int32_t perp__ncp_sharpen(perp__ncp_model *model);
 double perp__ncp_size(const perp__ncp_model *model, int32_t j);
 double perp__ncp_fit_step(const perp__ncp_model *model, int32_t j, double step);
 
-/* y += S x */
-void perp__ncp_add(const perp__ncp_model *model, const double *x, double *y);
-
 /* One call of the function, counted and checked, in the caller's units. */
 perp_status perp__ncp_call(perp__ncp_model *model, const double *z, double *F);
 

@@ -348,8 +348,9 @@ static perp_status search(perp_ncp_solver *solver, const double *z0)
         status = perp__ncp_ask(m);
         if (status < 0)
             return status;
-        if (status == PERP_OK && perp__is_like_laplace(&J, m->exponents_work))
-            solver->first_method = PERP_NCP_JOSEPHY;
+        if (status == PERP_OK && perp__has_positive_diagonal(&J) && perp__is_nearly_z(&J) &&
+            perp__has_symmetric_entries(&J, m->exponents_work, PERP__ROUNDING_LIMIT))
+            solver->first_method = PERP_NCP_JOSEPHY; /* as the matrices of diffusion are */
     }
     /* 2. From the start, then part by part, or from other starts. */
     status = run_all(solver, solver->start, solver->settings.penalty);

@@ -181,6 +181,7 @@ perp_status perp__ncp_start_run(perp__ncp_run *r)
     f->problem = &nonlinear;
     f->owner = r;
     f->n = r->model->n;
+    f->projects = 1;
     f->lower = r->model->low;
     f->upper = r->model->high;
     f->S = perp__ncp_view(r->model);

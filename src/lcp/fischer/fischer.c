@@ -9,7 +9,6 @@
 
 #include "base/clock.h"
 
-#define AIM 0.1   /* goes on to tol * AIM while it can: the next step is cheap or the last */
 #define LAST 1e-5 /* mu below which the path takes Phi = 0; where that fails, a share of it */
 
 /* Before attempt 0, 1, ... from a cold start and from a warm one: different starts end in different
@@ -129,13 +128,14 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
     f->problem = &linear;
     f->owner = s;
     f->n = p->n;
+    f->projects = 0;
     f->lower = p->lower;
     f->upper = p->upper;
     f->S = *p->M;
     f->penalty = p->settings->penalty;
     f->z = iterate->z;
     f->limit = p->iteration_limit > 0 ? p->iteration_limit : PERP__ITERATIONS;
-    f->target = AIM * p->tol;
+    f->target = p->tol;
     f->path = first->path;
     f->least = first->path ? LAST : 0.0;
     s->by_sets = first->by_sets;
@@ -160,9 +160,10 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
     perp__newton_set_point(f);
     /* 2. Its steps. */
     status = perp__newton_iterate(f, step, s);
-    perp__copy(iterate->z, f->best, p->n);
+    for (int32_t i = 0; i < p->n; i++)
+        iterate->z[i] = perp__clamp(f->best[i], p->lower[i], p->upper[i]);
     iterate->iterations = f->iterations;
-    iterate->outcome = f->best_residual <= p->tol ? PERP_OUTCOME_SOLVED : f->outcome;
+    iterate->outcome = f->best_residual <= f->target ? PERP_OUTCOME_SOLVED : f->outcome;
     iterate->has_places = 0;
     return status;
 }

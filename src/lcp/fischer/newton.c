@@ -151,7 +151,9 @@ perp_status perp__newton_search(perp__newton *f, double reference, double slope,
         perp_status status;
 
         for (int32_t i = 0; i < f->n; i++) {
-            f->trial_z[i] = perp__clamp(f->z[i] + t * f->d[i], f->lower[i], f->upper[i]);
+            f->trial_z[i] = f->z[i] + t * f->d[i];
+            if (f->projects)
+                f->trial_z[i] = perp__clamp(f->trial_z[i], f->lower[i], f->upper[i]);
             promised += gradient ? gradient[i] * (f->trial_z[i] - f->z[i]) : 0.0;
         }
         status = f->problem->evaluate(f, f->trial_z, f->trial_w);

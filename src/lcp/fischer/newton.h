@@ -5,11 +5,11 @@
  * 211. In their notation: F has the derivative S, Phi_i = phi of row i, Psi = 1/2 |Phi|^2, H = D_z
  * + D_w S in the B-subdifferential of Phi.
  *
- * What differs: phi has the opposite sign; points stay within the bounds, steps are projected
- * (Kanzow, Munson & Ferris 1999); the line search is nonmonotone (Grippo, Lampariello & Lucidi,
- * SIAM J. Numer. Anal. 23 (1986)); a run may follow the zeros of the smoothed equations as mu falls
- * to 0 (Kanzow 1996): where S is monotone and solutions are many, as in linear programs, H is
- * singular at each, and the path alone leads there. A descent method on Psi may end in a local
+ * What differs: phi has the opposite sign; steps of nonlinear problems are projected onto the
+ * bounds (Kanzow, Munson & Ferris 1999); the line search is nonmonotone (Grippo, Lampariello &
+ * Lucidi, SIAM J. Numer. Anal. 23 (1986)); a run may follow the zeros of the smoothed equations as
+ * mu falls to 0 (Kanzow 1996): where S is monotone and solutions are many, as in linear programs, H
+ * is singular at each, and the path alone leads there. A descent method on Psi may end in a local
  * minimum that solves nothing (Billups): that is outcome 'stalled'.
  *
  * Linear and nonlinear problems have this in common; what is theirs are the functions of a
@@ -61,11 +61,12 @@ struct perp__newton {
     int32_t n;
     const double *lower, *upper;
     perp__matrix S;
-    double penalty, smoothing;                        /* mu of the path, or 0, */
-    double least;                                     /* and from which on the path takes Phi = 0 */
-    int32_t path;                                     /* begins with the path */
-    double *z, *w, *phi, psi;                         /* the point, F and Phi there */
-    double residual;                                  /* the natural one */
+    double penalty, smoothing; /* mu of the path, or 0, */
+    double least;              /* and from which on the path takes Phi = 0 */
+    int32_t path;              /* begins with the path */
+    int32_t projects;          /* steps onto the bounds, beyond which F may not be called */
+    double *z, *w, *phi, psi;  /* the point, F and Phi there */
+    double residual;           /* the natural one */
     double *trial_z, *trial_w, *trial_phi, trial_psi; /* where a step may lead */
     double *slope_z, *slope_w, *gradient;             /* D_z, D_w; H' Phi */
     double *d, *part, *image;                         /* a direction; for one function's own use */
@@ -105,9 +106,9 @@ void perp__newton_find_gradient(perp__newton *run);
 /* The largest of the last values of Psi. */
 double perp__newton_reference(const perp__newton *run);
 
-/* Moves to P(z + t d), t = 1, 1/2, ..., the first with Psi <= reference + beta t slope; with a
- * gradient slope is what it promises there, and < 0. Where F is not defined the step is shortened
- * like one that did not help. Returns 1, 0 if there is none, or an error. */
+/* Moves to z + t d, or its projection, t = 1, 1/2, ..., the first with Psi <= reference + beta t
+ * slope; with a gradient slope is what it promises there, and < 0. Where F is not defined the step
+ * is shortened like one that did not help. Returns 1, 0 if there is none, or an error. */
 perp_status perp__newton_search(perp__newton *run, double reference, double slope,
                                 const double *gradient, int32_t halvings);
 

@@ -18,7 +18,6 @@
 #include "lcp/fischer/fischer.h"
 
 #define TRIALS 3 /* values of rho in a step; steps that fail, before a pause of as many */
-#define FALL 0.5 /* of Psi, that ends a watch */
 
 /* Solves (W + S) x = b with x given on the rows of infinite weight W, and b on the others; image :=
  * S x. `uniform`: all finite weights are the same. PERP_OK, PERP__FACTOR_SINGULAR or _MEMORY. */
@@ -132,7 +131,7 @@ perp_status perp__fischer_active_step(perp__fischer_state *s)
         s->has_places = 1;
         s->rho = rho > 0.0 ? fmax(PERP__FISCHER_SHARE * rho, sqrt(DBL_EPSILON)) : 0.0;
         s->watched++;
-        if (f->trial_psi <= FALL * s->kept_psi)
+        if (f->trial_psi <= PERP__PROGRESS * s->kept_psi)
             s->watched = s->failures = 0;
         perp__newton_take_trial(f);
         return 1;
