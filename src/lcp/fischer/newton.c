@@ -5,7 +5,7 @@
 #define PATIENCE 30 /* iterations without progress */
 
 /* rho, one after the other until a direction serves. */
-static const double proximal[] = {0.0, 1e-12, 1e-9, 1e-6, 1e-3};
+static const double proximal[] = {0.0, 1e-10, 1e-6, 1e-3, 1e-1};
 
 void perp__newton_layout(perp__arena *arena, perp__newton *f, size_t n)
 {
