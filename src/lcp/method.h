@@ -136,16 +136,17 @@ static inline int32_t perp__lcp_may_multiply(perp__lcp_control *control, double 
     return perp__lcp_has_time(control, 0.25 * products / (n * n));
 }
 
-/* `sign` times M, as a dense column-major n by n array. */
-void perp__lcp_dense(const perp__lcp_problem *problem, double sign, double *dense,
-                     size_t leading_dimension);
-
 /* Checks M, which has to be square, and the bounds; fills `own`. */
 perp_status perp__lcp_problem_read(perp_context *context, perp__matrix *own, const perp_matrix *M,
                                    const double *lower, const double *upper);
 
 /* w = M z + q */
-void perp__lcp_affine(const perp__lcp_problem *problem, const double *z, double *w);
+static inline void perp__lcp_affine(const perp__lcp_problem *problem, const double *z, double *w)
+{
+    perp__multiply(problem->M, z, w);
+    for (int32_t i = 0; i < problem->n; i++)
+        w[i] += problem->q[i];
+}
 
 /* A bound that is finite, the lower one first, or 0. */
 static inline double perp__finite_bound(double lower, double upper)

@@ -281,7 +281,7 @@ static void scale_dense(const perp__matrix *M, const double *d, double *S)
         }
 }
 
-perp_status perp__scale_matrix(perp_lcp_solver *s)
+static perp_status scale_matrix(perp_lcp_solver *s)
 {
     const perp__matrix *M = &s->M;
     const double *d = s->factors;
@@ -320,7 +320,7 @@ perp_status perp__scale_matrix(perp_lcp_solver *s)
 
 perp_status perp__read_block(perp_lcp_solver *s)
 {
-    perp_status status = perp__scale_matrix(s);
+    perp_status status = scale_matrix(s);
 
     if (status == PERP_OK && s->block_read != s->setups) {
         s->block_read = 0;

@@ -120,7 +120,6 @@ struct perp_lcp_solver {
 };
 
 /* Makes solver->S, and solver->block of it, once a set-up. PERP_OK or _MEMORY. */
-perp_status perp__scale_matrix(perp_lcp_solver *solver);
 perp_status perp__read_block(perp_lcp_solver *solver);
 
 /* The monitor and the time limit of a call that began then. */

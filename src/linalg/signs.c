@@ -84,9 +84,3 @@ int32_t perp__has_symmetric_entries(const perp__matrix *M, int32_t *cursor, doub
     }
     return 1;
 }
-
-int32_t perp__is_like_laplace(const perp__matrix *M, int32_t *cursor)
-{
-    return perp__has_positive_diagonal(M) && perp__is_nearly_z(M) &&
-           perp__has_symmetric_entries(M, cursor, PERP__ROUNDING_LIMIT);
-}

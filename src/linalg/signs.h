@@ -14,10 +14,6 @@ int32_t perp__is_dense_symmetric(const perp__matrix *M, const double *row_norms)
 int32_t perp__has_z_signs(const perp__matrix *M);
 int32_t perp__is_nearly_z(const perp__matrix *M);
 
-/* Whether it is symmetric up to rounding, with a positive diagonal and only small positive entries
- * beside it, as the matrices of diffusion are. cursor: n entries. */
-int32_t perp__is_like_laplace(const perp__matrix *M, int32_t *cursor);
-
 /* Whether M is equal to its transpose, each entry up to `tolerance` of it. cursor: n entries. */
 int32_t perp__has_symmetric_entries(const perp__matrix *M, int32_t *cursor, double tolerance);
 

@@ -22,7 +22,7 @@ PERP__INIT(perp_ncp_check)
 static perp_status look(perp_ncp_solver *solver, int32_t j, double *step, double *far, double *near)
 {
     perp__ncp_model *m = &solver->model;
-    double *z = solver->run.z;
+    double *z = solver->run.newton.z;
     const double here = z[j];
     perp_status status = PERP__NCP_OUTSIDE;
 
@@ -135,7 +135,7 @@ static perp_status check_all(perp_ncp_solver *solver, perp_ncp_check *check, con
 {
     perp_context *context = solver->context;
     perp__ncp_model *m = &solver->model;
-    perp__newton_run *f = &solver->run;
+    const perp__newton *f = &solver->run.newton;
     column c = {0, f->trial_z, f->trial_w, f->part, f->image, 0.0, 0.0};
     double worst = -1.0;
     perp_status status;

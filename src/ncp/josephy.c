@@ -4,7 +4,6 @@
  * then (the watchdog of Chamberlain, Powell, Lemarechal & Pedersen 1982, as in Dirkse & Ferris,
  * "The PATH solver", 1995). Where the linear problem has no solution, rho (z - z_k) is added. */
 #include <math.h>
-#include <string.h>
 
 #include "base/clock.h"
 #include "base/context.h"
@@ -21,13 +20,14 @@ enum { TRIALS = 6 };
 static const double proximal[TRIALS] = {0.0, 1e-3, 1e-1, 1.0, 10.0, 1e3};
 
 /* l->z := the solution of the linearisation with rho. 1 if it has one, 0 if not. */
-static perp_status solve_linear(perp__newton_run *f, perp__ncp_linear *l, double rho,
-                                int32_t is_away)
+static perp_status solve_linear(perp__ncp_linear *l, double rho, int32_t is_away)
 {
-    const perp__ncp_model *m = f->model;
+    perp__ncp_run *r = l->run;
+    perp__newton *f = &r->newton;
+    const perp__ncp_model *m = r->model;
     perp_lcp_settings settings;
     perp_lcp_result result;
-    perp_matrix M = perp__view(PERP_STORAGE_COLUMN_MAJOR, m->n, m->n, f->H);
+    perp_matrix M = perp__view(PERP_STORAGE_COLUMN_MAJOR, m->n, m->n, r->H);
     perp_status status = perp_lcp_result_init(&result, sizeof result);
 
     /* 1. S + rho I, and q := w - (S + rho I) z; neither may overflow. */
@@ -35,14 +35,14 @@ static perp_status solve_linear(perp__newton_run *f, perp__ncp_linear *l, double
         f->slope_z[i] = 0.0;
         f->slope_w[i] = 1.0;
         f->part[i] = -f->z[i];
-        l->q[i] = f->w[i] - f->signs[i] * rho * f->z[i];
+        l->q[i] = f->w[i] - r->signs[i] * rho * f->z[i];
     }
-    perp__ncp_fill(f, rho);
-    perp__ncp_add(m, f->part, l->q);
-    if (!perp__all_finite(l->q, (size_t)m->n) || !perp__all_finite(f->H, m->entries))
+    perp__ncp_fill(r, rho);
+    perp__multiply_add(&f->S, f->part, l->q);
+    if (!perp__all_finite(l->q, (size_t)m->n) || !perp__all_finite(r->H, m->entries))
         return 0;
     if (status == PERP_OK && m->sparse)
-        status = perp_matrix_csc(&M, m->n, m->n, m->starts, m->rows, f->H);
+        status = perp_matrix_csc(&M, m->n, m->n, m->starts, m->rows, r->H);
     /* 2. The time that is left is the linear problem's, too; none may be left over from the last
      * solve. Iterations are few where there is a point to go back to: obstacles take ten, pivots
      * from a basis nearby a few for each that is not the solution's (one in CLOSE is near), and
@@ -60,31 +60,30 @@ static perp_status solve_linear(perp__newton_run *f, perp__ncp_linear *l, double
 }
 
 /* Back to the point kept, and from there a step that is checked. */
-static perp_status go_back(perp__newton_run *f, perp__ncp_linear *l)
+static perp_status go_back(perp__newton *f, perp__ncp_linear *l)
 {
-    const size_t bytes = (size_t)f->model->n * sizeof(double);
     perp_status status;
 
-    memcpy(f->z, l->kept_z, bytes);
-    memcpy(f->d, l->kept_d, bytes);
-    status = perp__ncp_set_point(f);
+    perp__copy(f->z, l->kept_z, f->n);
+    perp__copy(f->d, l->kept_d, f->n);
+    status = perp__newton_set_point(f);
     f->steps = 0;
-    perp__ncp_sharpen(f->model);
+    perp__ncp_sharpen(l->run->model);
     l->since = -1; /* the next point is kept */
     if (status == PERP_OK)
-        status = perp__ncp_line_search(f, f->psi, -2.0 * f->psi, NULL, PERP__NCP_HALVINGS);
+        status = perp__newton_search(f, f->psi, -2.0 * f->psi, NULL, PERP__HALVINGS);
     else if (status > 0)
         return 0;
     if (status != 0)
         return status;
-    status = perp__ncp_update_jacobian(f);
+    status = perp__ncp_update_jacobian(l->run);
     if (status != PERP_OK)
         return status < 0 ? status : 0;
-    return perp__ncp_descend(f);
+    return perp__newton_descend(f);
 }
 
 /* 1 if it moved, 0 if not, or a negative status. */
-static perp_status step(perp__newton_run *f, void *own)
+static perp_status step(perp__newton *f, void *own)
 {
     perp__ncp_linear *l = own;
     const int32_t is_away = l->since > 0 && f->psi > PERP__PROGRESS * l->kept_psi;
@@ -93,40 +92,39 @@ static perp_status step(perp__newton_run *f, void *own)
 
     /* d := z_N - z. Where trust has led away from what is kept no linear problem is worth
      * forcing. */
-    for (int32_t k = 0; k < trials && moved == 0 && !perp__ncp_is_late(f->model); k++)
-        moved = solve_linear(f, l, proximal[k], is_away);
+    for (int32_t k = 0; k < trials && moved == 0 && !perp__ncp_is_late(l->run->model); k++)
+        moved = solve_linear(l, proximal[k], is_away);
     if (moved < 0)
         return moved;
-    for (int32_t i = 0; i < f->model->n && moved == 1; i++)
+    for (int32_t i = 0; i < f->n && moved == 1; i++)
         f->d[i] = l->z[i] - f->z[i];
     if (moved == 0 && is_away)
         return go_back(f, l);
     if (moved == 0) {
         l->since = -1;
-        return perp__ncp_descend(f);
+        return perp__newton_descend(f);
     }
     if (l->since < 0 || f->psi <= PERP__PROGRESS * l->kept_psi) {
-        perp__copy(l->kept_z, f->z, f->model->n);
-        perp__copy(l->kept_d, f->d, f->model->n);
+        perp__copy(l->kept_z, f->z, f->n);
+        perp__copy(l->kept_d, f->d, f->n);
         l->kept_psi = f->psi;
         l->since = 0;
     } else if (l->since >= PERP__WATCH || f->psi > PERP__WATCH_GROWTH * l->kept_psi) {
         return go_back(f, l);
     }
     l->since++;
-    moved = perp__ncp_line_search(f, INFINITY, 0.0, NULL, 0);
+    moved = perp__newton_search(f, INFINITY, 0.0, NULL, 0);
     if (moved != 0)
         return moved;
-    return perp__ncp_line_search(f, perp__ncp_reference(f), -2.0 * f->psi, NULL,
-                                 PERP__NCP_HALVINGS);
+    return perp__newton_search(f, perp__newton_reference(f), -2.0 * f->psi, NULL, PERP__HALVINGS);
 }
 
-perp_status perp__ncp_josephy(perp__newton_run *f, perp__ncp_linear *l)
+perp_status perp__ncp_josephy(perp__ncp_run *r, perp__ncp_linear *l)
 {
     const perp_status status =
-        l->lcp ? PERP_OK : perp__lcp_create(f->model->context, &l->lcp, NULL);
+        l->lcp ? PERP_OK : perp__lcp_create(r->model->context, &l->lcp, NULL);
 
+    l->run = r;
     l->since = -1;
-    f->iterations = 0;
-    return status == PERP_OK ? perp__ncp_iterate(f, step, l) : status;
+    return status == PERP_OK ? perp__newton_iterate(&r->newton, step, l) : status;
 }

@@ -13,7 +13,7 @@ static double own_residual(perp_ncp_solver *solver)
 {
     const perp__ncp_model *m = &solver->model;
     const perp__matrix J = perp__ncp_given(m);
-    double *q = solver->run.slope_w, *least = solver->run.slope_z;
+    double *q = solver->run.newton.slope_w, *least = solver->run.newton.slope_z;
     perp__witness_point point;
 
     for (int32_t i = 0; i < m->n; i++) {
@@ -39,7 +39,7 @@ static double own_residual(perp_ncp_solver *solver)
 static void measure(perp_ncp_solver *solver, perp__evidence *evidence)
 {
     perp__ncp_model *m = &solver->model;
-    perp__newton_run *f = &solver->run;
+    perp__newton *f = &solver->run.newton;
     const int32_t *row_part = m->part, *column_part = m->part + m->n;
     const perp__matrix S = perp__ncp_view(m);
 
@@ -79,7 +79,7 @@ static void measure(perp_ncp_solver *solver, perp__evidence *evidence)
 perp_status perp__ncp_judge(perp_ncp_solver *solver, perp__ncp_worth *worth)
 {
     perp__ncp_model *m = &solver->model;
-    perp__newton_run *f = &solver->run;
+    perp__newton *f = &solver->run.newton;
     perp__evidence *evidence = &worth->evidence;
     const double *z = solver->candidate, deadline = m->control.deadline;
     const int32_t late = perp__ncp_is_late(m);
@@ -119,18 +119,16 @@ perp_status perp__ncp_judge(perp_ncp_solver *solver, perp__ncp_worth *worth)
 }
 
 /* The columns of H = D_z + D_w S, one by one against Phi. */
-static int32_t is_stationary(const perp__newton_run *f)
+static int32_t is_stationary(const perp__newton *f)
 {
-    const perp__ncp_model *m = f->model;
-    const perp__matrix S = perp__ncp_view(m);
-    const double phi = perp__dot(f->phi, f->phi, m->n);
+    const double phi = perp__dot(f->phi, f->phi, f->n);
 
-    for (int32_t j = 0; j < m->n; j++) {
-        const perp__line l = perp__line_of(&S, j);
+    for (int32_t j = 0; j < f->n; j++) {
+        const perp__line l = perp__line_of(&f->S, j);
         const double g = f->gradient[j];
         double square = 0.0;
 
-        if ((f->z[j] <= m->low[j] && g >= 0.0) || (f->z[j] >= m->high[j] && g <= 0.0))
+        if ((f->z[j] <= f->lower[j] && g >= 0.0) || (f->z[j] >= f->upper[j] && g <= 0.0))
             continue;
         for (int32_t k = 0; k < l.count; k++) {
             const int32_t i = l.indices ? l.indices[k] : k;
@@ -147,20 +145,17 @@ static int32_t is_stationary(const perp__newton_run *f)
 perp_status perp__ncp_look_for_trap(perp_ncp_solver *solver, int32_t *trapped)
 {
     perp__ncp_model *m = &solver->model;
-    perp__newton_run *f = &solver->run;
+    perp__newton *f = &solver->run.newton;
     perp_status status;
 
     *trapped = 0;
     perp__ncp_model_unscale(m);
-    memcpy(f->z, solver->best_z, (size_t)m->n * sizeof(double));
-    f->scaled = f->any = 0;
-    f->smoothing = 0.0;
-    status = perp__ncp_set_point(f);
-    PERP__THEN(status, perp__ncp_update_jacobian(f));
+    perp__copy(f->z, solver->best_z, m->n);
+    status = perp__ncp_start_run(&solver->run);
+    PERP__THEN(status, perp__ncp_update_jacobian(&solver->run));
     if (status != PERP_OK)
         return status < 0 ? status : PERP_OK;
-    perp__ncp_slopes(f, PERP__NCP_FISCHER_BURMEISTER);
-    perp__ncp_gradient(f);
+    perp__newton_find_gradient(f);
     *trapped = is_stationary(f);
     return PERP_OK;
 }

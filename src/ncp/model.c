@@ -161,13 +161,6 @@ perp__matrix perp__ncp_view(const perp__ncp_model *m)
     return S;
 }
 
-void perp__ncp_add(const perp__ncp_model *m, const double *x, double *y)
-{
-    const perp__matrix S = perp__ncp_view(m);
-
-    perp__multiply_add(&S, x, y);
-}
-
 int32_t perp__ncp_is_late(perp__ncp_model *m)
 {
     perp__ncp_control *control = &m->control;

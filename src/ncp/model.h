@@ -126,9 +126,6 @@ int32_t perp__ncp_sharpen(perp__ncp_model *model);
 double perp__ncp_size(const perp__ncp_model *model, int32_t j);
 double perp__ncp_fit_step(const perp__ncp_model *model, int32_t j, double step);
 
-/* y += S x */
-void perp__ncp_add(const perp__ncp_model *model, const double *x, double *y);
-
 /* One call of the function, counted and checked, in the caller's units. */
 perp_status perp__ncp_call(perp__ncp_model *model, const double *z, double *F);
 
@@ -166,8 +163,7 @@ double perp__ncp_residual_at_start(const perp__ncp_model *model, const double *z
  * is no unit of it. */
 int32_t perp__ncp_start_tells(const perp__ncp_model *model, const double *z, const double *w);
 
-/* max |mid(z - l, z - u, w)| in scaled units, and over omega; NaN stays. */
-double perp__ncp_residual(const perp__ncp_model *model, const double *z, const double *w);
+/* max |mid(z - l, z - u, w)| in scaled units over omega; NaN stays. */
 double perp__ncp_tested(const perp__ncp_model *model, const double *z, const double *w);
 
 #endif

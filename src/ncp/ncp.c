@@ -37,7 +37,8 @@ static perp_status find_start(perp_ncp_solver *solver, const double *z0)
     m->control.deadline = 0.0; /* one call of F, come what may */
     status = perp__ncp_call(m, solver->start, m->w_caller);
     m->control.deadline = deadline;
-    for (int32_t k = 0; k < PERP__HALVINGS && status == PERP__NCP_OUTSIDE; k++) {
+    /* of sizes up to the root of what rounding leaves, and its inverse */
+    for (int32_t k = 0; k < DBL_MANT_DIG && status == PERP__NCP_OUTSIDE; k++) {
         const double size = ldexp(unit, k % 2 == 0 ? k / 2 : -(k + 1) / 2); /* 1, 1/2, 2, ... */
 
         /* off its bounds by about that, elsewhere at random */
@@ -168,11 +169,13 @@ static perp_status write_bounds(perp_ncp_solver *solver)
 }
 
 /* One run of a method from solver->candidate, to `share` of tol. */
-static perp_status run(perp_ncp_solver *solver, int32_t method, double penalty, double share)
+static perp_status run(perp_ncp_solver *solver, int32_t method, int32_t path, double penalty,
+                       double share)
 {
     const perp_ncp_settings *settings = &solver->settings;
     perp__ncp_model *m = &solver->model;
-    perp__newton_run *f = &solver->run;
+    perp__ncp_run *own = &solver->run;
+    perp__newton *f = &own->newton;
     const int32_t shared = settings->method == PERP_NCP_AUTO && method == solver->first_method;
     perp_status status;
 
@@ -181,21 +184,18 @@ static perp_status run(perp_ncp_solver *solver, int32_t method, double penalty, 
     m->central = 0;
     m->apart = solver->apart || share < 1.0;
     f->penalty = penalty;
-    f->smoothing = 0.0;
     f->target = 0.25 * share * settings->tol;
-    f->finish = settings->polish;
+    f->path = path;
     f->limit =
         settings->max_iterations > 0 ? settings->max_iterations - solver->iterations : ITERATIONS;
     f->limit = shared ? (f->limit + 1) / 2 : f->limit;
-    f->fruitless = shared && m->n >= PERP__LARGE_MATRIX ? FRUITLESS : 0;
-    f->steps = 0;
-    f->scaled = f->any = 0;
-    f->iterations = 0;
+    own->finish = settings->polish;
+    own->fruitless = shared && m->n >= PERP__LARGE_MATRIX ? FRUITLESS : 0;
     perp__copy(f->z, solver->candidate, m->n);
-    status = perp__ncp_set_point(f);
+    status = perp__ncp_start_run(own);
     if (status == PERP_OK)
-        status = method == PERP_NCP_JOSEPHY ? perp__ncp_josephy(f, &solver->linear)
-                                            : perp__ncp_fischer(f);
+        status = method == PERP_NCP_JOSEPHY ? perp__ncp_josephy(own, &solver->linear)
+                                            : perp__ncp_fischer(own);
     if (status != PERP_OK)
         return status < 0 ? status : PERP_OK;
     solver->iterations += f->iterations;
@@ -232,15 +232,14 @@ static perp_status run_all(perp_ncp_solver *solver, const double *from, double p
         const int32_t path = k > 0 && asked == PERP_NCP_FISCHER;
         const int32_t method = k == 0 || path ? first : PERP_NCP_FISCHER + PERP_NCP_JOSEPHY - first;
 
-        solver->run.path = path;
         if ((k < 2 || path) && (asked == PERP_NCP_AUTO || asked == method) && !is_over(solver)) {
             if (k < 2)
                 perp__copy(solver->candidate, from, solver->model.n);
-            status = run(solver, method, penalty, 1.0);
+            status = run(solver, method, path, penalty, 1.0);
             for (double share = 1e-2; share > least && status == PERP_OK && !is_over(solver) &&
-                                      solver->run.outcome == PERP_OUTCOME_SOLVED;
+                                      solver->run.newton.outcome == PERP_OUTCOME_SOLVED;
                  share *= 1e-2)
-                status = run(solver, method, penalty, share);
+                status = run(solver, method, path, penalty, share);
         }
     }
     return status;
@@ -349,8 +348,9 @@ static perp_status search(perp_ncp_solver *solver, const double *z0)
         status = perp__ncp_ask(m);
         if (status < 0)
             return status;
-        if (status == PERP_OK && perp__is_like_laplace(&J, m->exponents_work))
-            solver->first_method = PERP_NCP_JOSEPHY;
+        if (status == PERP_OK && perp__has_positive_diagonal(&J) && perp__is_nearly_z(&J) &&
+            perp__has_symmetric_entries(&J, m->exponents_work, PERP__ROUNDING_LIMIT))
+            solver->first_method = PERP_NCP_JOSEPHY; /* as the matrices of diffusion are */
     }
     /* 2. From the start, then part by part, or from other starts. */
     status = run_all(solver, solver->start, solver->settings.penalty);

@@ -86,7 +86,7 @@ static void layout(perp__arena *arena, void *object)
                   &s->linear.q, &s->linear.z, &s->linear.kept_z, &s->linear.kept_d);
     s->parts.of = perp__arena_take(arena, n, sizeof(int32_t));
     perp__ncp_model_layout(arena, &s->model);
-    perp__ncp_newton_layout(arena, &s->run);
+    perp__ncp_run_layout(arena, &s->run);
     perp__witness_layout(arena, &s->witness, n);
 }
 

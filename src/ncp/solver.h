@@ -32,7 +32,7 @@ struct perp_ncp_solver {
     perp__arena arena;
     int32_t setups; /* 0: no problem yet */
     perp__ncp_model model;
-    perp__newton_run run;
+    perp__ncp_run run;
     perp__ncp_linear linear;
     perp__witness witness;
     perp__ncp_parts parts;

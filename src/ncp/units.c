@@ -142,6 +142,7 @@ double perp__ncp_size_left(const perp__ncp_model *m, int32_t j, double z)
 void perp__ncp_find_omega(perp__ncp_model *m, const double *z, const double *w)
 {
     const int32_t n = m->n;
+    const perp__matrix S = perp__ncp_view(m);
     double *minus_z = m->omega;
 
     for (int32_t i = 0; i < n; i++) {
@@ -149,7 +150,7 @@ void perp__ncp_find_omega(perp__ncp_model *m, const double *z, const double *w)
         m->offset[i] = w[i];
         m->most[i] = m->most[n + i] = 0.0;
     }
-    perp__ncp_add(m, minus_z, m->offset);
+    perp__multiply_add(&S, minus_z, m->offset);
     for (int32_t i = 0; i < n; i++) {
         double *row = &m->most[m->part[i]], *column = &m->most[m->part[n + i]];
         const double size = fabs(m->offset[i]), left = perp__ncp_size_left(m, i, z[i]);
@@ -226,16 +227,6 @@ int32_t perp__ncp_start_tells(const perp__ncp_model *m, const double *z, const d
             perp__mid(z[i], m->lower[i], m->upper[i], w[i]) != 0.0)
             return 0;
     return 1;
-}
-
-double perp__ncp_residual(const perp__ncp_model *m, const double *z, const double *w)
-{
-    double most = 0.0;
-
-    for (int32_t i = 0; i < m->n; i++)
-        if (m->low[i] < m->high[i])
-            perp__raise_to(&most, fabs(perp__mid(z[i], m->low[i], m->high[i], w[i])));
-    return most;
 }
 
 double perp__ncp_tested(const perp__ncp_model *m, const double *z, const double *w)

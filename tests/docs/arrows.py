@@ -14,7 +14,7 @@ from pages import ROOT
 SHARED = ("base", "linalg", "patterns", "step")
 INTERFACES = {
     "lcp/lcp.h",
-    "lcp/fischer/function.h",  # ncp's function is lcp's
+    "lcp/fischer/newton.h",  # ncp's Newton is lcp's
     "contact/contact.h",
     "contact/coloured/coloured.h",  # sweeps over a whole step of a world
     "contact/statics/statics.h",  # what of a world can rest

@@ -22,7 +22,8 @@ static int require_inverse(perp_lcp_solver *solver, gen_random *random)
     size_t i, j;
     int can;
 
-    perp__lcp_dense(&solver->problem, 1.0, M, n);
+    memset(M, 0, n * n * sizeof *M);
+    perp__matrix_spread(solver->problem.M, M, n);
     for (i = 0; i < n; i++)
         residual[i] = solver->places[i] == PERP__BETWEEN ? gen_uniform(random, -1.0, 1.0) : 0.0;
     can = solver->correct(solver->correct_work, residual, step);

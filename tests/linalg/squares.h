@@ -76,6 +76,20 @@ static inline perp__square view_of(const matrix *A)
     return view;
 }
 
+static inline void solve_factored(void *factor, double *x, int32_t transposed)
+{
+    perp__klu_solve(factor, x, transposed);
+}
+
+/* Estimate of 1 / cond_1 of the matrix that was factored. */
+static inline double reciprocal_of(perp__factor *factor, const perp__square *A)
+{
+    double work[2 * 256];
+
+    assert_in_range(A->n, 0, 256);
+    return perp__reciprocal_condition(A->n, perp__norm_1(A), work, solve_factored, factor);
+}
+
 static inline perp__matrix sparse_view(const matrix *A)
 {
     perp__matrix M;

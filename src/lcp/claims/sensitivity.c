@@ -10,7 +10,6 @@
 
 #include "base/check.h"
 #include "lcp/solver.h"
-#include "linalg/blas.h"
 #include "linalg/factor/factor.h"
 
 PERP__INIT(perp_lcp_sensitivity_info)
@@ -21,67 +20,61 @@ struct perp_lcp_sensitivity {
     perp__arena arena;
     int32_t n, count;
     int32_t verdict;
-    int8_t *places;    /* enum perp__place */
-    int32_t *active;   /* the rows that are between */
-    int32_t *position; /* where a row is among them, or -1 */
-    double *block;     /* of D M D, dense or the CSC block's values */
-    int32_t *starts, *rows;
-    double *x;                    /* count */
-    double *rhs, *move, *product; /* n */
-    perp__kept_factor kept;       /* of a CSC block; a dense one holds its own factors, */
-    int32_t *pivots;              /* with 2 count, half of it for work, */
-    double *work;                 /* and 4 count */
+    int8_t *places;                      /* enum perp__place */
+    int32_t *active;                     /* the rows that are between */
+    int32_t *position;                   /* where a row is among them, or -1 */
+    double *x, *work;                    /* count; 2 count */
+    double *rhs, *move, *product, *wide; /* n */
 };
 
 /* ---- the index set of a solution, how clear it is, and the factors of its block ---- */
-
-static int32_t uses_csc(const perp_lcp_sensitivity *s)
-{
-    return s->solver->S.column_starts && s->count > PERP__SMALL_SPARSE;
-}
 
 static void layout(perp__arena *arena, void *object)
 {
     perp_lcp_sensitivity *s = object;
     const size_t n = (size_t)s->n, count = (size_t)s->count;
-    const size_t entries = uses_csc(s) ? (size_t)s->solver->S.column_starts[n] : count * count;
 
     s->places = perp__arena_take(arena, n, sizeof(int8_t));
     PERP__INTEGERS(arena, n, &s->active, &s->position);
-    PERP__DOUBLES(arena, n, &s->rhs, &s->move, &s->product);
+    PERP__DOUBLES(arena, n, &s->rhs, &s->move, &s->product, &s->wide);
     s->x = perp__arena_take(arena, count, sizeof(double));
-    s->block = perp__arena_take(arena, entries, sizeof(double));
-    s->starts = perp__arena_take(arena, uses_csc(s) ? count + 1 : 0, sizeof(int32_t));
-    s->rows = perp__arena_take(arena, uses_csc(s) ? entries : 0, sizeof(int32_t));
-    s->pivots = perp__arena_take(arena, uses_csc(s) ? 0 : 2 * count, sizeof(int32_t));
-    s->work = perp__arena_take(arena, uses_csc(s) ? 0 : 4 * count, sizeof(double));
+    s->work = perp__arena_take(arena, 2 * count, sizeof(double));
 }
 
-/* Factors block := D_A M_AA D_A and finds its condition number: 1 if it is empty, +inf if it is
- * singular. */
+/* x := (D_A M_AA D_A)^-1 x, or its transpose; count entries. */
+static void solve_block(void *user, double *x, int32_t transposed)
+{
+    perp_lcp_sensitivity *s = user;
+
+    for (int32_t k = 0; k < s->count; k++)
+        s->wide[s->active[k]] = x[k];
+    perp__sparse_block_solve(&s->solver->block, s->wide, transposed);
+    for (int32_t k = 0; k < s->count; k++)
+        x[k] = s->wide[s->active[k]];
+}
+
+/* Factors D_A M_AA D_A, the solver's block, and finds its condition number: 1 if it is empty, +inf
+ * if it is singular. */
 static perp_status factor(perp_lcp_sensitivity *s, double *condition)
 {
-    const int32_t sparse = uses_csc(s);
-    const perp__index_set block = {s->count, s->active, s->position};
-    const perp__square A = {s->count, s->block, sparse ? s->starts : NULL, s->rows};
-    perp_status status;
-    double norm;
+    perp_status status = perp__read_block(s->solver);
+    double norm = 0.0;
 
-    if (sparse)
-        perp__principal_csc(&s->solver->S, &block, s->starts, s->rows, s->block);
-    else
-        perp__principal_dense(&s->solver->S, &block, s->block, 1, (size_t)s->count);
+    PERP__THEN(status, perp__sparse_block_factor(&s->solver->block, s->active, s->count, 0.0));
     *condition = INFINITY;
-    norm = perp__norm_1(&A);
-    status = sparse ? perp__kept_factor_analyse(&s->kept, s->context, &A)
-                    : perp__lu_factor_finite(s->count, s->block, s->pivots);
-    if (sparse)
-        PERP__THEN(status, perp__klu_factor(s->kept.factor, &A));
-    if (status == PERP_OK)
-        *condition = 1.0 / (sparse ? perp__klu_condition(s->kept.factor, &A)
-                                   : perp__lu_condition(s->count, s->block, s->count, norm, s->work,
-                                                        s->pivots + s->count));
-    return status == PERP__FACTOR_SINGULAR ? PERP_OK : status;
+    if (status != PERP_OK)
+        return status == PERP__FACTOR_SINGULAR ? PERP_OK : status;
+    for (int32_t c = 0; c < s->count; c++) {
+        const perp__line l = perp__line_of(&s->solver->S, s->active[c]);
+        double sum = 0.0;
+
+        for (int32_t k = 0; k < l.count; k++)
+            if (s->position[l.indices ? l.indices[k] : k] >= 0)
+                sum += fabs(l.values[k]);
+        perp__raise_to(&norm, sum);
+    }
+    *condition = 1.0 / perp__reciprocal_condition(s->count, norm, s->work, solve_block, s);
+    return PERP_OK;
 }
 
 int32_t perp__lcp_verdict(int32_t good, double condition, double margin, double tol)
@@ -155,8 +148,7 @@ static perp_status prepare(perp_lcp_sensitivity *s, perp_lcp_sensitivity_info *i
     for (int32_t i = 0; i < s->n; i++)
         count += places[i] == PERP__BETWEEN;
     s->count = info->active = count;
-    status = perp__scale_matrix(s->solver);
-    PERP__THEN(status, perp__arena_fit(&s->arena, s->context, layout, s));
+    status = perp__arena_fit(&s->arena, s->context, layout, s);
     if (status != PERP_OK)
         return status;
     count = 0;
@@ -180,10 +172,7 @@ static void solve(perp_lcp_sensitivity *s, double *x, int32_t transposed)
     /* M_AA^-1 = D (D M_AA D)^-1 D */
     for (int32_t k = 0; k < s->count; k++)
         s->x[k] = d[s->active[k]] * x[s->active[k]];
-    if (uses_csc(s))
-        perp__klu_solve(s->kept.factor, s->x, transposed);
-    else
-        perp__lu_solve(s->count, s->block, s->count, s->pivots, s->x, transposed);
+    solve_block(s, s->x, transposed);
     for (int32_t k = 0; k < s->count; k++)
         x[s->active[k]] = d[s->active[k]] * s->x[k];
 }
@@ -194,7 +183,6 @@ static void release(void *object)
 {
     perp_lcp_sensitivity *s = object;
 
-    perp__kept_factor_release(&s->kept);
     perp__arena_release(&s->arena);
     perp__handle_end(s->solver);
 }

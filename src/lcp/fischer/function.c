@@ -2,8 +2,6 @@
 
 #include <math.h>
 
-#define PATIENCE 30 /* steps without progress */
-
 /* For a + b > 0 the sum and the root cancel:
  *   a + b - r = 2ab / (a + b + r) = min * (2 max / (a + b + r)),   r = hypot(a, b),
  * where the factor lies in [0.585, 1.415]: nothing can overflow or underflow on the way. It is
@@ -126,70 +124,4 @@ perp__slopes perp__fischer_bounded_slopes(double z, double lower, double upper, 
 int perp__fischer_at_kink(double z, double lower, double upper, double w)
 {
     return w == 0.0 && lower < upper && (z == lower || z == upper);
-}
-
-double perp__fischer_merit(const perp__fischer_point *point, double *phi)
-{
-    double sum = 0.0;
-
-    for (int32_t i = 0; i < point->n; i++) {
-        phi[i] = perp__fischer_bounded(point->z[i], point->lower[i], point->upper[i], point->w[i],
-                                       point->penalty, point->smoothing);
-        sum += phi[i] * phi[i];
-    }
-    return 0.5 * sum;
-}
-
-void perp__fischer_slopes(const perp__fischer_point *point, const perp__matrix *S, double *kink_z,
-                          double *kink_w, double *slope_z, double *slope_w)
-{
-    const double *z = point->z, *w = point->w, *lower = point->lower, *upper = point->upper;
-    int32_t kinks = 0;
-
-    /* At kinks the limits along the direction that is 1 in every variable at a kink (De Luca,
-     * Facchinei & Kanzow 1996, section 7). */
-    for (int32_t i = 0; i < point->n; i++) {
-        kink_z[i] = perp__fischer_at_kink(z[i], lower[i], upper[i], w[i]) ? 1.0 : 0.0;
-        kink_w[i] = 0.0;
-        kinks += kink_z[i] != 0.0;
-    }
-    if (kinks > 0)
-        perp__multiply_add(S, kink_z, kink_w);
-    for (int32_t i = 0; i < point->n; i++) {
-        const perp__slopes slopes = perp__fischer_bounded_slopes(
-            z[i], lower[i], upper[i], w[i], kink_z[i], kink_w[i], point->penalty, point->smoothing);
-
-        slope_z[i] = slopes.z;
-        slope_w[i] = slopes.w;
-    }
-}
-
-double perp__fischer_descent(const perp__matrix *S, const double *slope_z, const double *slope_w,
-                             double *d, double *image)
-{
-    double square = 0.0, size = 0.0, t;
-
-    for (int32_t i = 0; i < S->rows; i++) {
-        square += d[i] * d[i];
-        image[i] = 0.0;
-    }
-    perp__multiply_add(S, d, image);
-    for (int32_t i = 0; i < S->rows; i++) {
-        const double r = slope_z[i] * d[i] + slope_w[i] * image[i];
-
-        size += r * r;
-    }
-    t = size > 0.0 ? square / size : 0.0;
-    for (int32_t i = 0; i < S->rows; i++) {
-        d[i] *= -t;
-        image[i] *= -t;
-    }
-    return -square * t;
-}
-
-int perp__fischer_creeps(perp__fischer_progress *last, perp__fischer_progress now)
-{
-    if (now.residual < 0.75 * last->residual || now.psi < 0.75 * last->psi)
-        *last = now;
-    return now.steps - last->steps > PATIENCE;
 }

@@ -42,15 +42,16 @@ static perp_status fill(perp__lemke *l)
 
     if (status != PERP_OK)
         return status;
-    perp__lcp_dense(p, -1.0, T, ld);
-    memcpy(l->work, p->q, (size_t)p->n * sizeof *l->work);
     for (int32_t j = 0; j < p->n; j++) {
-        const double *column = T + (size_t)j * ld;
+        const perp__line c = perp__line_of(p->M, j);
+        double *column = T + (size_t)j * ld;
 
-        if (l->base[j] != 0.0)
-            for (int32_t i = 0; i < p->n; i++)
-                l->work[i] -= column[i] * l->base[j];
+        if (c.count < p->n)
+            memset(column, 0, (size_t)p->n * sizeof *column);
+        for (int32_t k = 0; k < c.count; k++)
+            column[c.indices ? c.indices[k] : k] = -c.values[k];
     }
+    perp__lcp_affine(p, l->base, l->work);
     for (int32_t k = 0; k < l->pairs; k++)
         l->b[k] = l->sign[k] * l->work[l->index[k]];
     for (int32_t j = 0; j < l->pairs && !plain; j++) { /* in place of -M */

@@ -33,9 +33,6 @@ perp_status perp__klu_factor(perp__factor *factor, const perp__square *A);
 /* x := A^-1 x (transposed: A^-T x) with the last factors. */
 void perp__klu_solve(perp__factor *factor, double *x, int32_t transposed);
 
-/* Estimate of 1 / cond_1(A), 0 if singular. A: the matrix that was factored. */
-double perp__klu_condition(perp__factor *factor, const perp__square *A);
-
 /* NULL is allowed. */
 void perp__klu_destroy(perp__factor *factor);
 

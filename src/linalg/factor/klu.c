@@ -12,7 +12,6 @@ struct perp__factor {
     klu_common common;
     klu_symbolic *symbolic; /* NULL if n = 0 */
     klu_numeric *numeric;   /* NULL if there are no factors */
-    double *work;           /* 2 n */
 };
 
 void perp__klu_destroy(perp__factor *factor)
@@ -21,7 +20,6 @@ void perp__klu_destroy(perp__factor *factor)
         return;
     klu_free_numeric(&factor->numeric, &factor->common);
     klu_free_symbolic(&factor->symbolic, &factor->common);
-    perp__release(factor->context, factor->work);
     perp__release(factor->context, factor);
 }
 
@@ -49,8 +47,7 @@ perp_status perp__klu_analyse(perp_context *context, perp__factor **factor, cons
         return PERP_ERROR_MEMORY;
     made->context = context;
     klu_defaults(&made->common);
-    made->work = perp__allocate(context, 2 * (size_t)A->n, sizeof *made->work);
-    if (!made->work || perp__klu_reanalyse(made, A) != PERP_OK) {
+    if (perp__klu_reanalyse(made, A) != PERP_OK) {
         perp__klu_destroy(made);
         return perp__fail_memory(context, "a sparse factorisation");
     }
@@ -91,17 +88,4 @@ void perp__klu_solve(perp__factor *factor, double *x, int32_t transposed)
         klu_tsolve(factor->symbolic, factor->numeric, factor->n, 1, x, &factor->common);
     else
         klu_solve(factor->symbolic, factor->numeric, factor->n, 1, x, &factor->common);
-}
-
-static void solve_for_condition(void *user, double *x, int32_t transposed)
-{
-    perp__klu_solve(user, x, transposed);
-}
-
-double perp__klu_condition(perp__factor *factor, const perp__square *A)
-{
-    if (factor->n > 0 && !factor->numeric)
-        return 0.0;
-    return perp__reciprocal_condition(factor->n, perp__norm_1(A), factor->work, solve_for_condition,
-                                      factor);
 }
