@@ -25,6 +25,8 @@ FAST = int(mj.mjtIntegrator.mjINT_IMPLICITFAST)
 RK4 = int(mj.mjtIntegrator.mjINT_RK4)
 _TAKEN = {int(mj.mjtIntegrator.mjINT_IMPLICIT): FAST}
 NO_EULER_DAMPING = int(mj.mjtDisableBit.mjDSBL_EULERDAMP)
+_NEWTON = int(mj.mjtSolver.mjSOL_NEWTON)  # which needs no matrix of all rows with all,
+_NO_ISLANDS = int(getattr(mj.mjtDisableBit, "mjDSBL_ISLAND", 0))  # as nothing of MuJoCo's solves
 
 
 class _Lent:
@@ -47,6 +49,8 @@ class _Lent:
             return
         self.mine, self._own, self._jacobian = found, self._taken.raw, jacobian
         options.cone, options.jacobian = _ELLIPTIC, jacobian
+        options.solver, options.noslip_iterations = _NEWTON, 0
+        options.disableflags |= _NO_ISLANDS
         options.integrator = _TAKEN.get(options.integrator, options.integrator)
         self._theirs = self._taken.raw
 
@@ -55,8 +59,9 @@ class _Lent:
 
 
 class Borrowed:
-    """A model's cone and Jacobian are as perp stores rows, and implicitfast is taken for implicit,
-    while this is entered, and the user's own after that: also where several threads step it."""
+    """A model's cone and Jacobian are as perp stores rows, implicitfast is taken for implicit, and
+    nothing is made for MuJoCo's solvers, while this is entered; the user's own are back after that:
+    also where several threads step it."""
 
     def __init__(self, model: Any) -> None:
         with _Lent.making:
@@ -203,18 +208,18 @@ def layout() -> Layout:
 
 @functools.lru_cache(maxsize=None)
 def place_of_options() -> tuple[int, int, int, int]:
-    """Where a model has its timestep, flags, integrator, cone and Jacobian, from and to, in bytes;
-    and where the last three. Reading them there costs a tenth of asking for each."""
+    """Where a model has its timestep and what is lent, from and to, in bytes; and where the latter.
+    Reading them there costs a tenth of asking for each."""
     model = mj.MjModel.from_xml_string(_SCENE)
     places = []
-    for name in "timestep", "disableflags", "integrator", "cone", "jacobian":
+    lent = "disableflags", "integrator", "cone", "jacobian", "solver", "noslip_iterations"
+    for name in "timestep", *lent:
         seen = []
         for value in (0.1, 0.3) if name == "timestep" else (0, 1):
             setattr(model.opt, name, value)
             seen.append(np.frombuffer(ctypes.string_at(model._address, _OPTIONS_BEFORE), np.int32))
         places.append(4 * int(np.flatnonzero(seen[0] != seen[1])[0]))
-    lent = places[2:]
-    return min(places), max(places) + 4, min(lent), max(lent) + 4
+    return min(places), max(places) + 4, min(places[1:]), max(places[1:]) + 4
 
 
 _OPTIONS_BEFORE = 2048  # a model begins with some hundred sizes, and then the options
