@@ -173,12 +173,13 @@ static void append(const perp__contact_bounded *own, writer *to, const perp__mat
     const int32_t count = A->column_starts ? sparse.count : A->rows;
 
     for (int32_t k = 0; k < count; k++) {
-        const int32_t i = A->column_starts ? sparse.indices[k] : k, row = own->row[first + i];
+        const int32_t i = A->column_starts ? sparse.indices[k] : k;
         const double value =
             A->column_starts ? sparse.values[k]
                              : A->values[(size_t)i * A->row_stride + (size_t)j * A->column_stride];
+        const int32_t row = value == 0.0 ? -1 : own->row[first + i];
 
-        if (row < to->begin || row >= to->end || value == 0.0)
+        if (row < to->begin || row >= to->end)
             continue;
         to->lines->indices[to->at] = row - to->begin + to->base;
         to->lines->values[to->at++] = sign * own->sign[first + i] * value;
@@ -200,7 +201,8 @@ static void copy_rows(perp__contact_bounded *own, perp__dynamics *dynamics)
         H.lines->starts[j] = H.at;
         G.lines->starts[j] = G.at;
         append(own, &H, &own->H, j, 0, 1.0);
-        append(own, &G, &own->H, j, 0, 1.0);
+        if (own->free > 0)
+            append(own, &G, &own->H, j, 0, 1.0);
         if (own->G.rows > 0)
             append(own, &G, &own->G, j, own->rows, 1.0);
     }

@@ -127,10 +127,17 @@ static void shorten(const perp_contact_solver *solver, perp_contact_step *s,
         memcpy(s->shares, share, (size_t)s->n * sizeof *share);
 }
 
+/* Row i of A and G, as the caller numbers H's rows and then G's. */
+static int32_t given_row(const perp_contact_step *s, int32_t i)
+{
+    return i < s->gap_count ? s->gap_rows[i] : s->rows + i - s->gap_count;
+}
+
 static perp_status open(perp_contact_solver *solver, perp_contact_step *s,
                         perp__contact_opening *own)
 {
     const perp__contact_bounded *bounded = &solver->bounded;
+    double *opened = s->source ? solver->arranged[solver->arranged_now].opened : NULL;
     int32_t solved = 0;
     perp_status status = PERP_OK;
 
@@ -139,19 +146,21 @@ static perp_status open(perp_contact_solver *solver, perp_contact_step *s,
         own->position[i] = -1;
     for (int32_t i = 0; i < own->size; i++) {
         const int32_t has_gap = i < s->gap_count;
-        const int32_t given = has_gap ? s->gap_rows[i] : s->rows + i - s->gap_count;
+        const int32_t given = given_row(s, i);
         const double gap = has_gap ? (*s->gaps)[s->gap_sources[i]] : 0.0;
 
         own->rows[i] = bounded->count > 0 ? bounded->row[given] : given;
         own->sign[i] = bounded->count > 0 ? bounded->sign[given] : 1.0;
         own->dims[i] = 1;
         own->position[own->rows[i]] = i;
+        own->start[i] = opened ? opened[given] : own->start[i];
         own->q[i] = (s->correction * fmin(gap + s->slop, 0.0) + fmax(gap, 0.0)) / s->h;
     }
     if (!perp__all_finite(own->q, (size_t)own->size)) /* overflowed: no velocity opens that */
         return status;
 
     /* 2. p, and where overlaps contradict each other, that of rows that yield. */
+    own->gaps = opened ? s->gap_count : own->gaps; /* what came or went begins at 0 */
     if (own->patience == 0) {
         status = solve(solver, s, own, 0.0, &solved);
         own->patience = solved ? 0 : PATIENCE;
@@ -161,6 +170,8 @@ static perp_status open(perp_contact_solver *solver, perp_contact_step *s,
     if (status == PERP_OK && !solved)
         status = solve(solver, s, own, YIELD, &solved);
     own->gaps = -1;
+    for (int32_t i = 0; i < own->size && opened; i++)
+        opened[given_row(s, i)] = solved ? own->r[i] : 0.0;
     if (status != PERP_OK || !solved)
         return status;
     memcpy(own->start, own->r, (size_t)own->size * sizeof *own->r);

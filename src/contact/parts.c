@@ -30,17 +30,20 @@ static inline void visit(look *l, int32_t a, int32_t b, double coupling)
         l->leaks = 1;
 }
 
-static void visit_entry(const perp_contact_solver *solver, look *l, int32_t i, int32_t j,
-                        double value)
+/* W(i,j) = value: the quotients only where they may join something. */
+static inline void visit_entry(const perp_contact_solver *solver, look *l, int32_t i, int32_t j,
+                               double value)
 {
     const int32_t a = solver->constraint_of[i], b = solver->constraint_of[j];
 
-    visit(l, a, b, fabs(value) / solver->root[a] / solver->root[b]);
+    if (value != 0.0 && l->part[a] != l->part[b])
+        visit(l, a, b, fabs(value) / solver->root[a] / solver->root[b]);
 }
 
 static void visit_matrix(const perp_contact_solver *solver, look *l)
 {
     const perp__matrix *W = &solver->W;
+    const int32_t is_symmetric = solver->entrance == PERP__ENTRANCE_DYNAMICS; /* as it was made */
 
     /* one part, and there is nothing left to ask */
     for (int32_t j = 0; j < solver->size && l->parts > 1; j++)
@@ -48,7 +51,7 @@ static void visit_matrix(const perp_contact_solver *solver, look *l)
             for (int32_t k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
                 visit_entry(solver, l, W->row_indices[k], j, W->values[k]);
         else
-            for (int32_t i = 0; i < solver->size; i++)
+            for (int32_t i = is_symmetric ? j + 1 : 0; i < solver->size; i++)
                 visit_entry(solver, l, i, j,
                             W->values[(size_t)i * W->row_stride + (size_t)j * W->column_stride]);
 }

@@ -71,6 +71,8 @@ static void add_row(perp__contact_polish *p, int32_t row)
     p->rows[p->n++] = row;
 }
 
+/* The rows of the set, and units in which traces and omegas are 1: `units` of impulses, and weights
+ * of velocities. */
 static void number_rows(perp__contact_polish *p, const perp__contact_problem *problem, double *r)
 {
     p->n = 0;
@@ -95,16 +97,22 @@ static void number_rows(perp__contact_polish *p, const perp__contact_problem *pr
                 r[problem->starts[k]] = problem->bound[k];
             else if (p->place[i] < 0)
                 r[i] = 0.0;
+    for (int32_t i = 0; i < p->n; i++) {
+        const int32_t k = problem->constraint_of[p->rows[i]];
+        const double root = sqrt(problem->trace[k]);
+
+        p->units[i] = problem->omega[k] / root;
+        p->weights[i] = 1.0 / (root * problem->omega[k]);
+    }
 }
 
 /* The equations of a part that slips, in rows a and b of K: |r_p| = coefficient r_n, in the units
  * of velocities, then r_p x u_p / |r_p|. */
 static void write_slip(perp__contact_polish *p, const perp__contact_problem *problem,
-                       const perp__contact_part *part, int32_t k, const double *r, const double *u,
-                       const double *then)
+                       const perp__contact_part *part, int32_t k, const double *r, const double *u)
 {
     const size_t n = (size_t)p->n, a = (size_t)p->place[part->row], b = a + 1;
-    const double *x = r + part->row, *y = u + part->row, *goal = then + part->row;
+    const double *x = r + part->row, *y = u + part->row;
     const double length = perp__length(x, part->size), t = problem->trace[k];
     const double pressure = perp__contact_pressure(problem, k, r);
     const int32_t normal = problem->starts[k], both = perp__contact_two_sided(problem, k);
@@ -119,7 +127,6 @@ static void write_slip(perp__contact_polish *p, const perp__contact_problem *pro
     if (part->size == 2) {
         p->K[b + a * n] += y[1] / length;
         p->K[b + b * n] -= y[0] / length;
-        p->rhs[b] = -(x[0] * goal[1] - x[1] * goal[0]) / length;
     }
     for (int32_t i = 0; i < part->size; i++)
         p->K[a + (a + (size_t)i) * n] = t * (x[i] / length);
@@ -127,15 +134,32 @@ static void write_slip(perp__contact_polish *p, const perp__contact_problem *pro
         p->K[a + (size_t)p->place[normal] * n] = -t * part->coefficient;
     for (int32_t i = normal; i < normal + both && pressure > 0.0; i++)
         p->K[a + (size_t)p->place[i] * n] = -t * part->coefficient * (r[i] / pressure);
-    p->rhs[a] = -t * (length - part->coefficient * pressure);
 }
 
-/* K and the right-hand side. */
 static void set_up(perp__contact_polish *p, const perp__contact_problem *problem, const double *r,
                    const double *u)
 {
     const perp__index_set set = {p->n, p->rows, p->place};
     const size_t n = (size_t)p->n;
+
+    perp__principal_dense(problem->W, &set, p->K, 1, n);
+    for (int32_t k = 0; k < problem->contacts; k++) {
+        perp__contact_part parts[3];
+        const int32_t count = perp__contact_parts(problem, k, parts);
+
+        for (int32_t c = 0; c < count && !is_at_bound(p, problem, k); c++)
+            if (p->parts[3 * k + c] == PERP__PART_SLIPS)
+                write_slip(p, problem, &parts[c], k, r, u);
+    }
+    for (size_t j = 0; j < n; j++)
+        for (size_t i = 0; i < n; i++)
+            p->K[i + j * n] *= p->weights[i] * p->units[j];
+}
+
+/* The right-hand side: what the equations lack. */
+static void set_goal(perp__contact_polish *p, const perp__contact_problem *problem, const double *r,
+                     const double *u)
+{
     const double *then = u;
 
     /* 1. u in the rows of the system, once what is at a bound will be there. */
@@ -150,30 +174,29 @@ static void set_up(perp__contact_polish *p, const perp__contact_problem *problem
             p->then[p->rows[i]] += perp__entry(problem->W, p->rows[i], row) * change;
     }
     /* 2. Velocities to 0, but of parts that slip. */
-    perp__principal_dense(problem->W, &set, p->K, 1, (size_t)p->n);
     for (int32_t i = 0; i < p->n; i++)
         p->rhs[i] = -then[p->rows[i]];
     for (int32_t k = 0; k < problem->contacts; k++) {
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
 
-        for (int32_t c = 0; c < count && !is_at_bound(p, problem, k); c++)
-            if (p->parts[3 * k + c] == PERP__PART_SLIPS)
-                write_slip(p, problem, &parts[c], k, r, u, then);
-    }
-    /* 3. Units in which traces and omegas are 1: `units` of impulses, and weights of velocities. */
-    for (int32_t i = 0; i < p->n; i++) {
-        const int32_t k = problem->constraint_of[p->rows[i]];
-        const double root = sqrt(problem->trace[k]);
+        for (int32_t c = 0; c < count && !is_at_bound(p, problem, k); c++) {
+            const int32_t row = parts[c].row, size = parts[c].size;
+            const double *goal = then + row;
+            double *rhs, length;
 
-        p->units[i] = problem->omega[k] / root;
-        p->weights[i] = 1.0 / (root * problem->omega[k]);
+            if (p->parts[3 * k + c] != PERP__PART_SLIPS)
+                continue;
+            rhs = p->rhs + p->place[row];
+            length = perp__length(r + row, size);
+            rhs[0] = -problem->trace[k] *
+                     (length - parts[c].coefficient * perp__contact_pressure(problem, k, r));
+            if (size == 2)
+                rhs[1] = -(r[row] * goal[1] - r[row + 1] * goal[0]) / length;
+        }
     }
-    for (size_t j = 0; j < n; j++) {
-        p->rhs[j] *= p->weights[j];
-        for (size_t i = 0; i < n; i++)
-            p->K[i + j * n] *= p->weights[i] * p->units[j];
-    }
+    for (int32_t i = 0; i < p->n; i++)
+        p->rhs[i] *= p->weights[i];
 }
 
 /* The factors of K, so regularised. Returns 0 where that is singular. */
@@ -232,7 +255,7 @@ static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p)
     velocities(solver);
     for (int32_t step = 0; step < STEPS && !p->is_soft; step++) {
         /* 1. Whether to take one. */
-        set_up(p, problem, solver->r, solver->u);
+        set_goal(p, problem, solver->r, solver->u);
         size = perp__largest_or_nan(p->rhs, p->n);
         if (!(size < 0.5 * least) || (step > 0 && size <= p->enough))
             return 1;
@@ -243,6 +266,7 @@ static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p)
             return step > 0;
 
         /* 2. The step; a proximal one of a set that contradicts itself. */
+        set_up(p, problem, solver->r, solver->u);
         if (!factor(p, PERP__REGULAR))
             return 0;
         solve_step(p);

@@ -128,7 +128,7 @@ static void lay_out(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, bounded, &own->lower, &own->upper, &own->bounds);
     PERP__INTEGERS(arena, bounded, &own->ids);
     PERP__DOUBLES(arena, rows, &own->scale);
-    PERP__DOUBLES(arena, size * (n + 3) + size + 1, &own->zeros);
+    PERP__DOUBLES(arena, size * (n + 5) + 1, &own->zeros);
     PERP__INTEGERS(arena, 4 * all + 1, &own->places);
     PERP__DOUBLES(arena, 5 * all + 1, &own->frictions);
     PERP__INTEGERS(arena, (size_t)own->counts[EQUATIONS] + all + 1, &own->moves);
@@ -270,10 +270,11 @@ static int32_t begin_of(const perp__contact_rows *own, int32_t item, const int32
     return is_contact ? own->first[item] : own->first[own->contacts] + item - own->contacts;
 }
 
-/* What lasts is mostly in the same order. */
+/* Impulses, and those of openings behind them. What lasts is mostly in the same order. */
 static void hand_over(perp__contact_rows *own, const perp__contact_rows *old)
 {
     const int32_t items = own->contacts + own->bounded, olds = old->contacts + old->bounded;
+    const int32_t size = own->rows + own->bilateral, old_size = old->rows + old->bilateral;
     double *start = start_of(own);
     const double *before = start_of(old);
     int32_t next = 0;
@@ -290,8 +291,9 @@ static void hand_over(perp__contact_rows *own, const perp__contact_rows *old)
                 for (int32_t slot = 0; slot < SLOTS; slot++) {
                     const int32_t had = old_slots[slot] >= 0;
 
-                    if (slots[slot] >= 0)
-                        start[row++] = had ? before[from] : 0.0;
+                    if (slots[slot] >= 0 && had)
+                        start[row] = before[from], start[row + size] = before[from + old_size];
+                    row += slots[slot] >= 0;
                     from += had;
                 }
                 next = was + 1;
@@ -299,7 +301,8 @@ static void hand_over(perp__contact_rows *own, const perp__contact_rows *old)
             }
         }
     if (own->bilateral == old->bilateral && own->bilateral > 0)
-        memcpy(start + own->rows, before + old->rows, (size_t)own->bilateral * sizeof *start);
+        for (int32_t i = 0; i < own->bilateral; i++)
+            start[own->rows + i] = before[old->rows + i];
 }
 
 static void view(perp_matrix *matrix, double *values, int32_t rows, int32_t n)
@@ -310,7 +313,7 @@ static void view(perp_matrix *matrix, double *values, int32_t rows, int32_t n)
     matrix->values = values;
 }
 
-/* w, b, r, u and start begin at 0, as H and G do. */
+/* w, b, r, u, start and opened begin at 0, as H and G do. */
 static void show(perp__contact_rows *own, perp_contact_step *s, perp_contact_laws *laws,
                  perp_contact_dynamics *dynamics)
 {
@@ -319,7 +322,7 @@ static void show(perp__contact_rows *own, perp_contact_step *s, perp_contact_law
 
     s->w = at, s->b = at + rows, s->H = at + size, s->G = s->H + rows * (size_t)own->n;
     at += size * ((size_t)own->n + 1);
-    s->r = at, s->u = at + size, s->start = at + 2 * size;
+    s->r = at, s->u = at + size, s->start = at + 2 * size, own->opened = at + 3 * size;
     s->contacts = own->contacts, s->rows = own->rows, s->bilateral = own->bilateral;
     s->H_entries = own->rows * own->n, s->G_entries = own->bilateral * own->n;
     s->gap_count = own->gaps, s->J_rows = own->counts[ALL_ROWS], s->by_rows = 1, s->rests = 0;
@@ -384,7 +387,7 @@ static perp_status arrange(perp_contact_solver *solver, perp_contact_step *s,
     if (status != PERP_OK)
         return status;
     memset(own->zeros, 0,
-           ((size_t)own->rows + (size_t)own->bilateral) * ((size_t)own->n + 4) * sizeof(double));
+           ((size_t)own->rows + (size_t)own->bilateral) * ((size_t)own->n + 5) * sizeof(double));
     take_contacts(own, s, &row);
     take_rows(own, s, &row);
     if (old->names && s->w == old->zeros)

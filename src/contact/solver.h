@@ -88,7 +88,8 @@ typedef struct perp__contact_rows {
     int32_t contacts, rows, bilateral, bounded, gaps, is_scaled;
     int32_t *dims, *first, *H_rows, *G_rows, *gap_rows, *gap_sources, *modes;
     double *mu, *rolling, *spinning, *lower, *upper, *scale;
-    double *zeros;  /* w, b, H, G, r, u and start behind each other */
+    double *zeros;  /* w, b, H, G, r, u, start and opened behind each other */
+    double *opened; /* rows and equations: impulses of the last opening */
     int32_t *names; /* 3 of each contact, then row with bounds: the same as long as it lasts */
     int32_t *kept, *record; /* contacts: the simulator's dimension, and which it is of its own */
     int32_t *places;        /* of the simulator's contacts: geoms, row, dimension; */

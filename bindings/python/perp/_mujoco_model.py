@@ -30,7 +30,8 @@ _NO_ISLANDS = int(getattr(mj.mjtDisableBit, "mjDSBL_ISLAND", 0))  # as nothing o
 
 
 class _Lent:
-    """A model's options while steppers have them: one for each model, of all its steppers."""
+    """A model's options while steppers have them: one for each model, of all its steppers. mine: the
+    user's own, with timestep and flags."""
 
     of: weakref.WeakValueDictionary[int, _Lent] = weakref.WeakValueDictionary()  # by address
     making = threading.Lock()
@@ -38,24 +39,19 @@ class _Lent:
     def __init__(self, model: Any) -> None:
         self.options, self.lock, self.users = model.opt, threading.Lock(), 0
         begin, end, first, last = place_of_options()
-        self._cells = (ctypes.c_char * (end - begin)).from_address(model._address + begin)
-        self._taken = (ctypes.c_char * (last - first)).from_address(model._address + first)
-        self.mine, self._own, self._theirs, self._jacobian = b"", b"", b"", -1
+        self.cells = (ctypes.c_char * (end - begin)).from_address(model._address + begin)
+        self.taken = (ctypes.c_char * (last - first)).from_address(model._address + first)
+        self.mine, self.own, self.theirs, self.jacobian = b"", b"", b"", -1
 
     def take(self, jacobian: int) -> None:
-        found, options = self._cells.raw, self.options
-        if found == self.mine and jacobian == self._jacobian:
-            self._taken.raw = self._theirs
-            return
-        self.mine, self._own, self._jacobian = found, self._taken.raw, jacobian
+        """Where they are others than were taken last."""
+        options = self.options
+        self.mine, self.own, self.jacobian = self.cells.raw, self.taken.raw, jacobian
         options.cone, options.jacobian = _ELLIPTIC, jacobian
         options.solver, options.noslip_iterations = _NEWTON, 0
         options.disableflags |= _NO_ISLANDS
         options.integrator = _TAKEN.get(options.integrator, options.integrator)
-        self._theirs = self._taken.raw
-
-    def give_back(self) -> None:
-        self._taken.raw = self._own
+        self.theirs = self.taken.raw
 
 
 class Borrowed:
@@ -66,28 +62,26 @@ class Borrowed:
     def __init__(self, model: Any) -> None:
         with _Lent.making:
             lent = _Lent.of.get(model._address)
-            self._lent = lent = lent or _Lent(model)
+            self.lent = lent = lent or _Lent(model)
             _Lent.of[model._address] = lent
         self._jacobian = _AS_DENSE if model.nv <= DENSE else _AS_SPARSE
 
     def __enter__(self) -> None:
-        lent = self._lent
+        lent = self.lent
         with lent.lock:
-            if not lent.users:
-                lent.take(self._jacobian)
+            if not lent.users:  # here, as each call costs a small robot's step a part of its time
+                if lent.cells.raw == lent.mine and lent.jacobian == self._jacobian:
+                    lent.taken.raw = lent.theirs
+                else:
+                    lent.take(self._jacobian)
             lent.users += 1
 
     def __exit__(self, *_: Any) -> None:
-        lent = self._lent
+        lent = self.lent
         with lent.lock:
             lent.users -= 1
             if not lent.users:
-                lent.give_back()
-
-    @property
-    def options(self) -> bytes:
-        """The user's own, with timestep and flags, as long as this is entered."""
-        return self._lent.mine
+                lent.taken.raw = lent.own
 
 
 def turns(model: Any) -> Any:
