@@ -66,7 +66,7 @@ static void lay_out(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, size, &own->sign, &own->shift, &own->work);
     PERP__INTEGERS(arena, own_contacts, &own->dims, &own->two_sided);
     PERP__DOUBLES(arena, own_contacts, &own->bound, &own->mu, &own->rolling, &own->spinning);
-    PERP__DOUBLES(arena, larger, &own->compliance, &own->f, &own->w, &own->b, &own->r0);
+    PERP__DOUBLES(arena, larger, &own->compliance, &own->f, &own->w, &own->r0);
     PERP__DOUBLES(arena, (size_t)own_size(own), &own->load, &own->away);
     for (int32_t k = 0; k < 2; k++) {
         perp__contact_lines *lines = &own->lines[k];

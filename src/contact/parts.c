@@ -42,18 +42,15 @@ static inline void visit_entry(const perp_contact_solver *solver, look *l, int32
 
 static void visit_matrix(const perp_contact_solver *solver, look *l)
 {
-    const perp__matrix *W = &solver->W;
     const int32_t is_symmetric = solver->entrance == PERP__ENTRANCE_DYNAMICS; /* as it was made */
 
     /* one part, and there is nothing left to ask */
-    for (int32_t j = 0; j < solver->size && l->parts > 1; j++)
-        if (W->column_starts)
-            for (int32_t k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
-                visit_entry(solver, l, W->row_indices[k], j, W->values[k]);
-        else
-            for (int32_t i = is_symmetric ? j + 1 : 0; i < solver->size; i++)
-                visit_entry(solver, l, i, j,
-                            W->values[(size_t)i * W->row_stride + (size_t)j * W->column_stride]);
+    for (int32_t j = 0; j < solver->size && l->parts > 1; j++) {
+        const perp__line line = perp__line_of(&solver->W, j);
+
+        for (int32_t k = is_symmetric && !line.indices ? j + 1 : 0; k < line.count; k++)
+            visit_entry(solver, l, line.indices ? line.indices[k] : k, j, line.values[k]);
+    }
 }
 
 /* What two contacts have of each other through a block is at most |P_k| |P_j|: on each block the

@@ -128,7 +128,8 @@ static void lay_out(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, bounded, &own->lower, &own->upper, &own->bounds);
     PERP__INTEGERS(arena, bounded, &own->ids);
     PERP__DOUBLES(arena, rows, &own->scale);
-    PERP__DOUBLES(arena, size * (n + 5) + 1, &own->zeros);
+    PERP__DOUBLES(arena, size * (n + 3) + 1, &own->zeros);
+    PERP__DOUBLES(arena, 2 * size, &own->start);
     PERP__INTEGERS(arena, 4 * all + 1, &own->places);
     PERP__DOUBLES(arena, 5 * all + 1, &own->frictions);
     PERP__INTEGERS(arena, (size_t)own->counts[EQUATIONS] + all + 1, &own->moves);
@@ -256,11 +257,6 @@ static void take_rows(perp__contact_rows *own, const perp_contact_step *s, int32
     }
 }
 
-static double *start_of(const perp__contact_rows *own)
-{
-    return own->zeros + ((size_t)own->rows + (size_t)own->bilateral) * ((size_t)own->n + 3);
-}
-
 /* The impulses of contact or row `item` by slots; where they begin among the rows. */
 static int32_t begin_of(const perp__contact_rows *own, int32_t item, const int32_t **slots)
 {
@@ -275,8 +271,8 @@ static void hand_over(perp__contact_rows *own, const perp__contact_rows *old)
 {
     const int32_t items = own->contacts + own->bounded, olds = old->contacts + old->bounded;
     const int32_t size = own->rows + own->bilateral, old_size = old->rows + old->bilateral;
-    double *start = start_of(own);
-    const double *before = start_of(old);
+    const double *before = old->start;
+    double *start = own->start;
     int32_t next = 0;
 
     for (int32_t item = 0; item < items && olds > 0; item++)
@@ -301,19 +297,10 @@ static void hand_over(perp__contact_rows *own, const perp__contact_rows *old)
             }
         }
     if (own->bilateral == old->bilateral && own->bilateral > 0)
-        for (int32_t i = 0; i < own->bilateral; i++)
-            start[own->rows + i] = before[old->rows + i];
+        memcpy(start + own->rows, before + old->rows, (size_t)own->bilateral * sizeof *start);
 }
 
-static void view(perp_matrix *matrix, double *values, int32_t rows, int32_t n)
-{
-    perp_matrix_init(matrix, sizeof *matrix);
-    matrix->rows = rows, matrix->columns = n, matrix->leading_dimension = n > 0 ? n : 1;
-    matrix->storage = PERP_STORAGE_ROW_MAJOR;
-    matrix->values = values;
-}
-
-/* w, b, r, u, start and opened begin at 0, as H and G do. */
+/* w, b, r, u and start begin at 0, as H and G do. */
 static void show(perp__contact_rows *own, perp_contact_step *s, perp_contact_laws *laws,
                  perp_contact_dynamics *dynamics)
 {
@@ -322,7 +309,7 @@ static void show(perp__contact_rows *own, perp_contact_step *s, perp_contact_law
 
     s->w = at, s->b = at + rows, s->H = at + size, s->G = s->H + rows * (size_t)own->n;
     at += size * ((size_t)own->n + 1);
-    s->r = at, s->u = at + size, s->start = at + 2 * size, own->opened = at + 3 * size;
+    s->r = at, s->u = at + size, s->start = own->start;
     s->contacts = own->contacts, s->rows = own->rows, s->bilateral = own->bilateral;
     s->H_entries = own->rows * own->n, s->G_entries = own->bilateral * own->n;
     s->gap_count = own->gaps, s->J_rows = own->counts[ALL_ROWS], s->by_rows = 1, s->rests = 0;
@@ -331,8 +318,8 @@ static void show(perp__contact_rows *own, perp_contact_step *s, perp_contact_law
     s->gap_rows = own->gap_rows, s->gap_sources = own->gap_sources;
     s->first = own->first, s->modes = own->modes;
     s->watch_count = 0;
-    view(&own->views[0], s->H, own->rows, own->n);
-    view(&own->views[1], s->G, own->bilateral, own->n);
+    own->views[0] = perp__view(PERP_STORAGE_ROW_MAJOR, own->rows, own->n, s->H);
+    own->views[1] = perp__view(PERP_STORAGE_ROW_MAJOR, own->bilateral, own->n, s->G);
     dynamics->H = &own->views[0];
     dynamics->G = own->bilateral > 0 ? &own->views[1] : NULL;
     laws->contacts = own->contacts, laws->bounded = own->bounded;
@@ -376,6 +363,7 @@ static perp_status arrange(perp_contact_solver *solver, perp_contact_step *s,
     perp__contact_rows *own = &solver->arranged[!solver->arranged_now];
     perp_status status = PERP__CHECK(perp_contact_step, solver->context, s);
     int32_t row = 0;
+    size_t size;
 
     if (status == PERP_OK && !s->source)
         status = perp__check_pointer(solver->context, "step.source", NULL);
@@ -386,8 +374,10 @@ static perp_status arrange(perp_contact_solver *solver, perp_contact_step *s,
     PERP__THEN(status, perp__arena_fit(&own->arena, solver->context, lay_out, own));
     if (status != PERP_OK)
         return status;
-    memset(own->zeros, 0,
-           ((size_t)own->rows + (size_t)own->bilateral) * ((size_t)own->n + 5) * sizeof(double));
+    size = (size_t)own->rows + (size_t)own->bilateral;
+    memset(own->zeros, 0, size * ((size_t)own->n + 3) * sizeof(double));
+    if (size > 0)
+        memset(own->start, 0, 2 * size * sizeof(double));
     take_contacts(own, s, &row);
     take_rows(own, s, &row);
     if (old->names && s->w == old->zeros)

@@ -69,7 +69,6 @@ typedef struct perp__contact_opening {
     perp_contact_solver *solver; /* NULL until it is first needed */
     perp__arena arena;
     int32_t size, whole, n; /* rows with gaps and equations; of the solver; velocities */
-    int32_t gaps;           /* of the answer in start; -1: there is none */
     int32_t patience;       /* steps in which overlaps are taken to contradict each other */
     int32_t *rows;          /* own, of the solver; */
     int32_t *position;      /* and back, or -1 */
@@ -78,6 +77,7 @@ typedef struct perp__contact_opening {
     int32_t *first;                   /* of each row of M, H or G: a velocity */
     double *W, *q, *r, *start, *sign; /* size by size; size */
     double *push, *share;             /* whole; n */
+    double *opened; /* p of the last step, by its rows, where those have no source */
 } perp__contact_opening;
 
 /* Rows as perp_contact_solver_arrange has arranged them: rows.c. */
@@ -88,8 +88,7 @@ typedef struct perp__contact_rows {
     int32_t contacts, rows, bilateral, bounded, gaps, is_scaled;
     int32_t *dims, *first, *H_rows, *G_rows, *gap_rows, *gap_sources, *modes;
     double *mu, *rolling, *spinning, *lower, *upper, *scale;
-    double *zeros;  /* w, b, H, G, r, u, start and opened behind each other */
-    double *opened; /* rows and equations: impulses of the last opening */
+    double *zeros, *start; /* w, b, H, G, r and u; start, and behind it that of openings */
     int32_t *names; /* 3 of each contact, then row with bounds: the same as long as it lasts */
     int32_t *kept, *record; /* contacts: the simulator's dimension, and which it is of its own */
     int32_t *places;        /* of the simulator's contacts: geoms, row, dimension; */

@@ -113,18 +113,11 @@ void perp__transpose_csc(const perp__matrix *M, int32_t *starts, int32_t *column
 
 double perp__largest_or_nan(const double *x, int32_t n)
 {
-    int64_t largest = 0; /* sizes of doubles are in the order of their bits, NaN behind all */
-    double value;
+    double largest = 0.0;
 
-    for (int32_t i = 0; i < n; i++) {
-        int64_t bits;
-
-        memcpy(&bits, &x[i], sizeof bits);
-        bits &= INT64_MAX;
-        largest = bits > largest ? bits : largest;
-    }
-    memcpy(&value, &largest, sizeof value);
-    return value;
+    for (int32_t i = 0; i < n; i++)
+        perp__raise_to(&largest, fabs(x[i]));
+    return largest;
 }
 
 double perp__length(const double *x, int32_t n)

@@ -105,7 +105,8 @@ perp_status perp__dynamics_read(perp_context *context, perp__dynamics *own, int3
 static int32_t is_halved(const perp__dynamics *own)
 {
     return own->forms_W && own->has_M &&
-           own->n <= (own->size > own->n ? PERP__HALF_MOST : PERP__HALF_FEW);
+           own->n <=
+               (own->size > own->n || !own->M.column_starts ? PERP__HALF_MOST : PERP__HALF_FEW);
 }
 
 static void lay_out(perp__arena *arena, void *object)
