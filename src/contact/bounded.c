@@ -66,7 +66,7 @@ static void lay_out(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, size, &own->sign, &own->shift, &own->work);
     PERP__INTEGERS(arena, own_contacts, &own->dims, &own->two_sided);
     PERP__DOUBLES(arena, own_contacts, &own->bound, &own->mu, &own->rolling, &own->spinning);
-    PERP__DOUBLES(arena, larger, &own->compliance, &own->f, &own->w, &own->b, &own->r0);
+    PERP__DOUBLES(arena, larger, &own->compliance, &own->f, &own->w, &own->r0);
     PERP__DOUBLES(arena, (size_t)own_size(own), &own->load, &own->away);
     for (int32_t k = 0; k < 2; k++) {
         perp__contact_lines *lines = &own->lines[k];
@@ -173,12 +173,13 @@ static void append(const perp__contact_bounded *own, writer *to, const perp__mat
     const int32_t count = A->column_starts ? sparse.count : A->rows;
 
     for (int32_t k = 0; k < count; k++) {
-        const int32_t i = A->column_starts ? sparse.indices[k] : k, row = own->row[first + i];
+        const int32_t i = A->column_starts ? sparse.indices[k] : k;
         const double value =
             A->column_starts ? sparse.values[k]
                              : A->values[(size_t)i * A->row_stride + (size_t)j * A->column_stride];
+        const int32_t row = value == 0.0 ? -1 : own->row[first + i];
 
-        if (row < to->begin || row >= to->end || value == 0.0)
+        if (row < to->begin || row >= to->end)
             continue;
         to->lines->indices[to->at] = row - to->begin + to->base;
         to->lines->values[to->at++] = sign * own->sign[first + i] * value;
@@ -200,7 +201,8 @@ static void copy_rows(perp__contact_bounded *own, perp__dynamics *dynamics)
         H.lines->starts[j] = H.at;
         G.lines->starts[j] = G.at;
         append(own, &H, &own->H, j, 0, 1.0);
-        append(own, &G, &own->H, j, 0, 1.0);
+        if (own->free > 0)
+            append(own, &G, &own->H, j, 0, 1.0);
         if (own->G.rows > 0)
             append(own, &G, &own->G, j, own->rows, 1.0);
     }

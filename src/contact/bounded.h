@@ -49,9 +49,9 @@ typedef struct perp__contact_bounded {
     double *bound;             /* own contacts: x_n of those with two bounds, by near_...; else 0 */
     int32_t *dims, *two_sided; /* own contacts */
     double *mu, *rolling, *spinning, *compliance;
-    double *f, *w, *b, *r0, *work; /* of a call; f: or q */
-    double *load;                  /* own size: |q| at the impulses nearest to 0 */
-    double *away;                  /* own size: x + away is counted from those */
+    double *f, *w, *r0, *work; /* of a call; f: or q */
+    double *load;              /* own size: |q| at the impulses nearest to 0 */
+    double *away;              /* own size: x + away is counted from those */
 } perp__contact_bounded;
 
 /* Counts what the methods get: own_contacts, own_rows, free. `rows` of `contacts` come before. */

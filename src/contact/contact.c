@@ -341,7 +341,7 @@ static perp_status try_start(perp_contact_solver *solver)
             solver->iterations += iterate.iterations;
         }
         solver->running = PERP_CONTACT_METHOD_PROXIMAL;
-        PERP__THEN(status, perp__contact_polish_start(solver));
+        PERP__THEN(status, perp__contact_polish_start(solver, round == 0));
         if (perp__is_good(solver->best.outcome) || solver->ended >= 0)
             break;
     }

@@ -36,7 +36,7 @@ static void lay_out(perp__arena *arena, void *object)
     own->dims = perp__arena_take(arena, size, sizeof(int32_t));
     PERP__DOUBLES(arena, (size_t)own->n, &own->share);
     own->position = perp__arena_take(arena, (size_t)own->whole, sizeof(int32_t));
-    own->push = perp__arena_take(arena, (size_t)own->whole, sizeof(double));
+    PERP__DOUBLES(arena, (size_t)own->whole, &own->push, &own->opened);
 }
 
 /* Whether the matrix or what is to be opened overflows where the gaps' rows are by themselves: then
@@ -72,7 +72,7 @@ static perp_status solve(perp_contact_solver *solver, const perp_contact_step *s
         return refuses(status) ? PERP_OK : status;
     own->solver->proves = 0;
     own->solver->brief = yield == 0.0;
-    call.r0 = own->gaps == s->gap_count ? own->start : NULL;
+    call.r0 = own->start;
     status = perp__contact_solve(own->solver, &call);
     *solved = status == PERP_OK && perp__is_good(result.outcome);
     return refuses(status) ? PERP_OK : status;
@@ -87,10 +87,11 @@ static int32_t join_rows(perp__contact_opening *own, const perp__matrix *A, int3
     for (int32_t i = 0; i < A->rows; i++)
         own->first[i] = -1;
     while (parts > 1 && A->rows > 0 && perp__advance(&c)) {
-        if (c.value != 0.0 && own->first[c.i] >= 0)
-            parts -= perp__join(own->part, own->first[c.i], c.j);
-        else if (c.value != 0.0)
-            own->first[c.i] = c.j;
+        const int32_t first = own->first[c.i] < 0 ? c.j : own->first[c.i];
+
+        own->first[c.i] = first;
+        if (own->part[first] != own->part[c.j])
+            parts -= perp__join(own->part, first, c.j);
     }
     return parts;
 }
@@ -127,10 +128,19 @@ static void shorten(const perp_contact_solver *solver, perp_contact_step *s,
         memcpy(s->shares, share, (size_t)s->n * sizeof *share);
 }
 
+/* Row i of A and G, as the caller numbers H's rows and then G's. */
+static int32_t given_row(const perp_contact_step *s, int32_t i)
+{
+    return i < s->gap_count ? s->gap_rows[i] : s->rows + i - s->gap_count;
+}
+
 static perp_status open(perp_contact_solver *solver, perp_contact_step *s,
                         perp__contact_opening *own)
 {
     const perp__contact_bounded *bounded = &solver->bounded;
+    double *opened = s->source
+                         ? solver->arranged[solver->arranged_now].start + s->rows + s->bilateral
+                         : own->opened;
     int32_t solved = 0;
     perp_status status = PERP_OK;
 
@@ -139,13 +149,14 @@ static perp_status open(perp_contact_solver *solver, perp_contact_step *s,
         own->position[i] = -1;
     for (int32_t i = 0; i < own->size; i++) {
         const int32_t has_gap = i < s->gap_count;
-        const int32_t given = has_gap ? s->gap_rows[i] : s->rows + i - s->gap_count;
+        const int32_t given = given_row(s, i);
         const double gap = has_gap ? (*s->gaps)[s->gap_sources[i]] : 0.0;
 
         own->rows[i] = bounded->count > 0 ? bounded->row[given] : given;
         own->sign[i] = bounded->count > 0 ? bounded->sign[given] : 1.0;
         own->dims[i] = 1;
         own->position[own->rows[i]] = i;
+        own->start[i] = opened[given]; /* what has come begins at 0 */
         own->q[i] = (s->correction * fmin(gap + s->slop, 0.0) + fmax(gap, 0.0)) / s->h;
     }
     if (!perp__all_finite(own->q, (size_t)own->size)) /* overflowed: no velocity opens that */
@@ -160,11 +171,10 @@ static perp_status open(perp_contact_solver *solver, perp_contact_step *s,
     }
     if (status == PERP_OK && !solved)
         status = solve(solver, s, own, YIELD, &solved);
-    own->gaps = -1;
+    for (int32_t i = 0; i < own->size; i++)
+        opened[given_row(s, i)] = solved ? own->r[i] : 0.0;
     if (status != PERP_OK || !solved)
         return status;
-    memcpy(own->start, own->r, (size_t)own->size * sizeof *own->r);
-    own->gaps = s->gap_count;
 
     /* 3. shift := M^-1 (A'p + G'q) */
     memset(own->push, 0, (size_t)own->whole * sizeof *own->push);
@@ -191,9 +201,10 @@ perp_status perp__contact_open(perp_contact_solver *solver, perp_contact_step *s
     own->size = s->gap_count + s->bilateral;
     own->whole = solver->size;
     own->n = s->n;
-    if (own->size != size || own->whole != whole)
-        own->gaps = -1; /* the last answer is gone */
     status = perp__arena_fit(&own->arena, solver->context, lay_out, own);
+    if (status == PERP_OK &&
+        (own->size != size || own->whole != whole)) /* the last answer is gone */
+        memset(own->opened, 0, (size_t)own->whole * sizeof *own->opened);
     if (!solver->problem.W) /* for this once: methods choose by whether it is there */
         PERP__THEN(status, perp__delassus_of_bodies(&solver->delassus, solver->context,
                                                     &solver->bodies, &solver->W, &made));

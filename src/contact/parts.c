@@ -30,14 +30,26 @@ static inline void visit(look *l, int32_t a, int32_t b, double coupling)
         l->leaks = 1;
 }
 
+/* W(i,j) = value: the quotients only where they may join something. */
+static inline void visit_entry(const perp_contact_solver *solver, look *l, int32_t i, int32_t j,
+                               double value)
+{
+    const int32_t a = solver->constraint_of[i], b = solver->constraint_of[j];
+
+    if (value != 0.0 && l->part[a] != l->part[b])
+        visit(l, a, b, fabs(value) / solver->root[a] / solver->root[b]);
+}
+
 static void visit_matrix(const perp_contact_solver *solver, look *l)
 {
-    perp__cursor c = perp__first(&solver->W);
+    const int32_t is_symmetric = solver->entrance == PERP__ENTRANCE_DYNAMICS; /* as it was made */
 
-    while (l->parts > 1 && perp__advance(&c)) { /* one part, and there is nothing left to ask */
-        const int32_t a = solver->constraint_of[c.i], b = solver->constraint_of[c.j];
+    /* one part, and there is nothing left to ask */
+    for (int32_t j = 0; j < solver->size && l->parts > 1; j++) {
+        const perp__line line = perp__line_of(&solver->W, j);
 
-        visit(l, a, b, fabs(c.value) / solver->root[a] / solver->root[b]);
+        for (int32_t k = is_symmetric && !line.indices ? j + 1 : 0; k < line.count; k++)
+            visit_entry(solver, l, line.indices ? line.indices[k] : k, j, line.values[k]);
     }
 }
 

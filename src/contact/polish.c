@@ -46,7 +46,7 @@ static void layout(perp__arena *arena, void *object)
     const size_t n = (size_t)p->room;
 
     PERP__DOUBLES(arena, n * n, &p->K, &p->factors);
-    PERP__DOUBLES(arena, n, &p->rhs, &p->step, &p->error, &p->units, &p->weights, &p->then);
+    PERP__DOUBLES(arena, n, &p->rhs, &p->step, &p->error, &p->units, &p->weights);
     PERP__INTEGERS(arena, n, &p->rows, &p->pivots, &p->place);
     p->presses = perp__arena_take(arena, 4 * n, 1);
     p->parts = p->presses ? p->presses + n : NULL;
@@ -60,19 +60,20 @@ static int32_t is_at_bound(const perp__contact_polish *p, const perp__contact_pr
     return perp__contact_is_bound(problem, k) && p->parts[3 * k] == PERP__PART_SLIPS;
 }
 
-static double bound_near(const perp__contact_problem *problem, int32_t k, double r)
-{
-    return copysign(problem->mu[k] * problem->bound[k], r);
-}
-
 static void add_row(perp__contact_polish *p, int32_t row)
 {
     p->place[row] = p->n;
     p->rows[p->n++] = row;
 }
 
-static void number_rows(perp__contact_polish *p, const perp__contact_problem *problem, double *r)
+/* The rows of the set, and units in which traces and omegas are 1: `units` of impulses, and weights
+ * of velocities. Whether impulses of other rows, which are known, were others. */
+static int32_t number_rows(perp__contact_polish *p, const perp_contact_solver *solver)
 {
+    const perp__contact_problem *problem = &solver->problem;
+    double *r = solver->r;
+    int32_t changes = 0;
+
     p->n = 0;
     for (int32_t i = 0; i < problem->size; i++)
         p->place[i] = -1;
@@ -90,25 +91,44 @@ static void number_rows(perp__contact_polish *p, const perp__contact_problem *pr
     for (int32_t i = problem->rows; i < problem->size; i++)
         add_row(p, i);
     for (int32_t k = 0; k < problem->contacts; k++)
-        for (int32_t i = problem->starts[k]; i < problem->starts[k + 1]; i++)
-            if (perp__contact_is_bound(problem, k))
-                r[problem->starts[k]] = problem->bound[k];
-            else if (p->place[i] < 0)
-                r[i] = 0.0;
+        for (int32_t i = problem->starts[k]; i < problem->starts[k + 1]; i++) {
+            const double bound = perp__contact_is_bound(problem, k) ? problem->bound[k] : 0.0;
+            const double known = bound > 0.0 && i > problem->starts[k]
+                                     ? copysign(problem->mu[k] * bound, r[i])
+                                     : bound;
+
+            if (p->place[i] < 0) {
+                changes |= r[i] != known;
+                r[i] = known;
+            }
+        }
+    for (int32_t i = 0; i < p->n; i++) {
+        const int32_t k = problem->constraint_of[p->rows[i]];
+
+        p->units[i] = problem->omega[k] / solver->root[k];
+        p->weights[i] = 1.0 / (solver->root[k] * problem->omega[k]);
+    }
+    return changes;
 }
 
-/* The equations of a part that slips, in rows a and b of K: |r_p| = coefficient r_n, in the units
- * of velocities, then r_p x u_p / |r_p|. */
+/* The equations of a part that slips, in rows a and b of the system: |r_p| = coefficient r_n, in
+ * the units of velocities, then r_p x u_p / |r_p|. Their right-hand side, or K. */
 static void write_slip(perp__contact_polish *p, const perp__contact_problem *problem,
                        const perp__contact_part *part, int32_t k, const double *r, const double *u,
-                       const double *then)
+                       int32_t is_goal)
 {
     const size_t n = (size_t)p->n, a = (size_t)p->place[part->row], b = a + 1;
-    const double *x = r + part->row, *y = u + part->row, *goal = then + part->row;
+    const double *x = r + part->row, *y = u + part->row;
     const double length = perp__length(x, part->size), t = problem->trace[k];
     const double pressure = perp__contact_pressure(problem, k, r);
     const int32_t normal = problem->starts[k], both = perp__contact_two_sided(problem, k);
 
+    if (is_goal) {
+        p->rhs[a] = -t * (length - part->coefficient * pressure);
+        if (part->size == 2)
+            p->rhs[b] = -(x[0] * y[1] - x[1] * y[0]) / length;
+        return;
+    }
     for (size_t j = 0; j < n; j++) {
         double *column = p->K + j * n;
 
@@ -119,7 +139,6 @@ static void write_slip(perp__contact_polish *p, const perp__contact_problem *pro
     if (part->size == 2) {
         p->K[b + a * n] += y[1] / length;
         p->K[b + b * n] -= y[0] / length;
-        p->rhs[b] = -(x[0] * goal[1] - x[1] * goal[0]) / length;
     }
     for (int32_t i = 0; i < part->size; i++)
         p->K[a + (a + (size_t)i) * n] = t * (x[i] / length);
@@ -127,53 +146,32 @@ static void write_slip(perp__contact_polish *p, const perp__contact_problem *pro
         p->K[a + (size_t)p->place[normal] * n] = -t * part->coefficient;
     for (int32_t i = normal; i < normal + both && pressure > 0.0; i++)
         p->K[a + (size_t)p->place[i] * n] = -t * part->coefficient * (r[i] / pressure);
-    p->rhs[a] = -t * (length - part->coefficient * pressure);
 }
 
-/* K and the right-hand side. */
+/* The right-hand side: velocities to 0, but of parts that slip; or K. */
 static void set_up(perp__contact_polish *p, const perp__contact_problem *problem, const double *r,
-                   const double *u)
+                   const double *u, int32_t is_goal)
 {
     const perp__index_set set = {p->n, p->rows, p->place};
     const size_t n = (size_t)p->n;
-    const double *then = u;
 
-    /* 1. u in the rows of the system, once what is at a bound will be there. */
-    for (int32_t k = 0; problem->bound && k < problem->contacts; k++) {
-        const int32_t row = problem->starts[k] + 1;
-        const double change =
-            is_at_bound(p, problem, k) ? bound_near(problem, k, r[row]) - r[row] : 0.0;
-
-        if (change != 0.0 && then == u)
-            then = memcpy(p->then, u, (size_t)problem->size * sizeof *u);
-        for (int32_t i = 0; change != 0.0 && i < p->n; i++)
-            p->then[p->rows[i]] += perp__entry(problem->W, p->rows[i], row) * change;
-    }
-    /* 2. Velocities to 0, but of parts that slip. */
-    perp__principal_dense(problem->W, &set, p->K, 1, (size_t)p->n);
-    for (int32_t i = 0; i < p->n; i++)
-        p->rhs[i] = -then[p->rows[i]];
+    for (size_t i = 0; i < n && is_goal; i++)
+        p->rhs[i] = -u[p->rows[i]];
+    if (!is_goal)
+        perp__principal_dense(problem->W, &set, p->K, 1, n);
     for (int32_t k = 0; k < problem->contacts; k++) {
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
 
         for (int32_t c = 0; c < count && !is_at_bound(p, problem, k); c++)
             if (p->parts[3 * k + c] == PERP__PART_SLIPS)
-                write_slip(p, problem, &parts[c], k, r, u, then);
+                write_slip(p, problem, &parts[c], k, r, u, is_goal);
     }
-    /* 3. Units in which traces and omegas are 1: `units` of impulses, and weights of velocities. */
-    for (int32_t i = 0; i < p->n; i++) {
-        const int32_t k = problem->constraint_of[p->rows[i]];
-        const double root = sqrt(problem->trace[k]);
-
-        p->units[i] = problem->omega[k] / root;
-        p->weights[i] = 1.0 / (root * problem->omega[k]);
-    }
-    for (size_t j = 0; j < n; j++) {
-        p->rhs[j] *= p->weights[j];
+    for (size_t i = 0; i < n && is_goal; i++)
+        p->rhs[i] *= p->weights[i];
+    for (size_t j = 0; j < n && !is_goal; j++)
         for (size_t i = 0; i < n; i++)
             p->K[i + j * n] *= p->weights[i] * p->units[j];
-    }
 }
 
 /* The factors of K, so regularised. Returns 0 where that is singular. */
@@ -221,18 +219,19 @@ static void velocities(perp_contact_solver *solver)
     perp__copy(solver->u, solver->high, solver->size);
 }
 
-/* Newton's steps while they bring the equations down; u is that of the last r. Returns 0 where K
- * was singular. */
-static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p)
+/* Newton's steps while they bring the equations down; u is that of the last r, as it is at first
+ * unless r `moved`. Returns 0 where K was singular. */
+static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p, int32_t moved)
 {
     const perp__contact_problem *problem = &solver->problem;
     double least = INFINITY, size;
 
     p->is_soft = 0;
-    velocities(solver);
+    if (moved)
+        velocities(solver);
     for (int32_t step = 0; step < STEPS && !p->is_soft; step++) {
         /* 1. Whether to take one. */
-        set_up(p, problem, solver->r, solver->u);
+        set_up(p, problem, solver->r, solver->u, 1);
         size = perp__largest_or_nan(p->rhs, p->n);
         if (!(size < 0.5 * least) || (step > 0 && size <= p->enough))
             return 1;
@@ -243,6 +242,7 @@ static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p)
             return step > 0;
 
         /* 2. The step; a proximal one of a set that contradicts itself. */
+        set_up(p, problem, solver->r, solver->u, 0);
         if (!factor(p, PERP__REGULAR))
             return 0;
         solve_step(p);
@@ -259,12 +259,6 @@ static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p)
         /* 3. Impulses and velocities there. */
         for (int32_t i = 0; i < p->n; i++)
             solver->r[p->rows[i]] += p->step[i] * p->units[i];
-        for (int32_t k = 0; problem->bound && k < problem->contacts; k++)
-            if (is_at_bound(p, problem, k)) {
-                double *r = solver->r + problem->starts[k] + 1;
-
-                *r = bound_near(problem, k, *r);
-            }
         velocities(solver);
     }
     return 1;
@@ -330,8 +324,7 @@ static int32_t follow_sets(perp_contact_solver *solver, perp__contact_polish *p)
         while (memcmp(p->seen + (size_t)earlier * bytes, now, bytes) != 0)
             earlier++;
         returns += earlier < sets && memcmp(now - bytes, now, bytes) != 0;
-        number_rows(p, &solver->problem, solver->r);
-        if (!follow(solver, p))
+        if (!follow(solver, p, number_rows(p, solver)))
             return 0;
         if (change_set(p, &solver->problem, solver->r, solver->u) == 0)
             return !p->is_soft;
@@ -341,16 +334,8 @@ static int32_t follow_sets(perp_contact_solver *solver, perp__contact_polish *p)
 
 static perp_status fit(perp_contact_solver *solver, perp__contact_polish *p)
 {
-    perp_status status;
-
-    if (p->fitted == solver->setups)
-        return PERP_OK;
-    p->fitted = 0;
     p->room = solver->size;
-    status = perp__arena_fit(&p->arena, solver->context, layout, p);
-    if (status == PERP_OK)
-        p->fitted = solver->setups;
-    return status;
+    return perp__arena_fit(&p->arena, solver->context, layout, p);
 }
 
 static void write_modes(const perp__contact_polish *p, const perp__contact_problem *problem,
@@ -409,18 +394,16 @@ perp_status perp__contact_polish_run(perp_contact_solver *solver)
     if (solver->size == 0 || solver->size > PERP__POLISH_MOST || problem->cone > 0)
         return PERP_OK;
     status = perp__contact_delassus(solver, &made);
+    PERP__THEN(status, fit(solver, p));
     if (status != PERP_OK || !made)
-        return status;
-    status = fit(solver, p);
-    if (status != PERP_OK)
         return status;
     begin(solver, p, 0.0, 0);
     for (round = 0; round < ROUNDS && waited < PATIENCE; round++) {
         perp__contact_worth worth;
         int32_t changes;
 
-        number_rows(p, problem, solver->r);
-        if (!follow(solver, p))
+        number_rows(p, solver);
+        if (!follow(solver, p, 1))
             return PERP_OK;
         changes = change_set(p, problem, solver->r, solver->u);
         write_modes(p, problem, solver->modes);
@@ -451,7 +434,7 @@ int32_t perp__contact_is_near(perp_contact_solver *solver)
     return perp__contact_tested(&solver->problem, solver->r, solver->u) <= solver->settings.tol;
 }
 
-perp_status perp__contact_polish_start(perp_contact_solver *solver)
+perp_status perp__contact_polish_start(perp_contact_solver *solver, int32_t knows_u)
 {
     perp__contact_polish *p = &solver->polish;
     perp__contact_worth worth;
@@ -460,7 +443,8 @@ perp_status perp__contact_polish_start(perp_contact_solver *solver)
     if (status != PERP_OK)
         return status;
     p->enough = ENOUGH * solver->settings.tol;
-    velocities(solver);
+    if (!knows_u)
+        velocities(solver);
     begin(solver, p, p->enough, START_STEPS);
     if (!follow_sets(solver, p))
         return PERP_OK;
@@ -501,6 +485,7 @@ perp_status perp__contact_polish_search(perp_contact_solver *solver)
                                                                           : PERP__PART_STICKS;
             perp__contact_clip(problem, k, solver->r);
         }
+        velocities(solver);
         if (!follow_sets(solver, p))
             continue;
         write_modes(p, problem, solver->modes);

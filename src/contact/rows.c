@@ -128,7 +128,8 @@ static void lay_out(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, bounded, &own->lower, &own->upper, &own->bounds);
     PERP__INTEGERS(arena, bounded, &own->ids);
     PERP__DOUBLES(arena, rows, &own->scale);
-    PERP__DOUBLES(arena, size * (n + 3) + size + 1, &own->zeros);
+    PERP__DOUBLES(arena, size * (n + 3) + 1, &own->zeros);
+    PERP__DOUBLES(arena, 2 * size, &own->start);
     PERP__INTEGERS(arena, 4 * all + 1, &own->places);
     PERP__DOUBLES(arena, 5 * all + 1, &own->frictions);
     PERP__INTEGERS(arena, (size_t)own->counts[EQUATIONS] + all + 1, &own->moves);
@@ -256,11 +257,6 @@ static void take_rows(perp__contact_rows *own, const perp_contact_step *s, int32
     }
 }
 
-static double *start_of(const perp__contact_rows *own)
-{
-    return own->zeros + ((size_t)own->rows + (size_t)own->bilateral) * ((size_t)own->n + 3);
-}
-
 /* The impulses of contact or row `item` by slots; where they begin among the rows. */
 static int32_t begin_of(const perp__contact_rows *own, int32_t item, const int32_t **slots)
 {
@@ -270,12 +266,13 @@ static int32_t begin_of(const perp__contact_rows *own, int32_t item, const int32
     return is_contact ? own->first[item] : own->first[own->contacts] + item - own->contacts;
 }
 
-/* What lasts is mostly in the same order. */
+/* Impulses, and those of openings behind them. What lasts is mostly in the same order. */
 static void hand_over(perp__contact_rows *own, const perp__contact_rows *old)
 {
     const int32_t items = own->contacts + own->bounded, olds = old->contacts + old->bounded;
-    double *start = start_of(own);
-    const double *before = start_of(old);
+    const int32_t size = own->rows + own->bilateral, old_size = old->rows + old->bilateral;
+    const double *before = old->start;
+    double *start = own->start;
     int32_t next = 0;
 
     for (int32_t item = 0; item < items && olds > 0; item++)
@@ -290,8 +287,9 @@ static void hand_over(perp__contact_rows *own, const perp__contact_rows *old)
                 for (int32_t slot = 0; slot < SLOTS; slot++) {
                     const int32_t had = old_slots[slot] >= 0;
 
-                    if (slots[slot] >= 0)
-                        start[row++] = had ? before[from] : 0.0;
+                    if (slots[slot] >= 0 && had)
+                        start[row] = before[from], start[row + size] = before[from + old_size];
+                    row += slots[slot] >= 0;
                     from += had;
                 }
                 next = was + 1;
@@ -300,14 +298,6 @@ static void hand_over(perp__contact_rows *own, const perp__contact_rows *old)
         }
     if (own->bilateral == old->bilateral && own->bilateral > 0)
         memcpy(start + own->rows, before + old->rows, (size_t)own->bilateral * sizeof *start);
-}
-
-static void view(perp_matrix *matrix, double *values, int32_t rows, int32_t n)
-{
-    perp_matrix_init(matrix, sizeof *matrix);
-    matrix->rows = rows, matrix->columns = n, matrix->leading_dimension = n > 0 ? n : 1;
-    matrix->storage = PERP_STORAGE_ROW_MAJOR;
-    matrix->values = values;
 }
 
 /* w, b, r, u and start begin at 0, as H and G do. */
@@ -319,7 +309,7 @@ static void show(perp__contact_rows *own, perp_contact_step *s, perp_contact_law
 
     s->w = at, s->b = at + rows, s->H = at + size, s->G = s->H + rows * (size_t)own->n;
     at += size * ((size_t)own->n + 1);
-    s->r = at, s->u = at + size, s->start = at + 2 * size;
+    s->r = at, s->u = at + size, s->start = own->start;
     s->contacts = own->contacts, s->rows = own->rows, s->bilateral = own->bilateral;
     s->H_entries = own->rows * own->n, s->G_entries = own->bilateral * own->n;
     s->gap_count = own->gaps, s->J_rows = own->counts[ALL_ROWS], s->by_rows = 1, s->rests = 0;
@@ -328,8 +318,8 @@ static void show(perp__contact_rows *own, perp_contact_step *s, perp_contact_law
     s->gap_rows = own->gap_rows, s->gap_sources = own->gap_sources;
     s->first = own->first, s->modes = own->modes;
     s->watch_count = 0;
-    view(&own->views[0], s->H, own->rows, own->n);
-    view(&own->views[1], s->G, own->bilateral, own->n);
+    own->views[0] = perp__view(PERP_STORAGE_ROW_MAJOR, own->rows, own->n, s->H);
+    own->views[1] = perp__view(PERP_STORAGE_ROW_MAJOR, own->bilateral, own->n, s->G);
     dynamics->H = &own->views[0];
     dynamics->G = own->bilateral > 0 ? &own->views[1] : NULL;
     laws->contacts = own->contacts, laws->bounded = own->bounded;
@@ -373,6 +363,7 @@ static perp_status arrange(perp_contact_solver *solver, perp_contact_step *s,
     perp__contact_rows *own = &solver->arranged[!solver->arranged_now];
     perp_status status = PERP__CHECK(perp_contact_step, solver->context, s);
     int32_t row = 0;
+    size_t size;
 
     if (status == PERP_OK && !s->source)
         status = perp__check_pointer(solver->context, "step.source", NULL);
@@ -383,8 +374,10 @@ static perp_status arrange(perp_contact_solver *solver, perp_contact_step *s,
     PERP__THEN(status, perp__arena_fit(&own->arena, solver->context, lay_out, own));
     if (status != PERP_OK)
         return status;
-    memset(own->zeros, 0,
-           ((size_t)own->rows + (size_t)own->bilateral) * ((size_t)own->n + 4) * sizeof(double));
+    size = (size_t)own->rows + (size_t)own->bilateral;
+    memset(own->zeros, 0, size * ((size_t)own->n + 3) * sizeof(double));
+    if (size > 0)
+        memset(own->start, 0, 2 * size * sizeof(double));
     take_contacts(own, s, &row);
     take_rows(own, s, &row);
     if (old->names && s->w == old->zeros)

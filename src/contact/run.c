@@ -180,14 +180,13 @@ perp_status perp_contact_solver_run(perp_contact_solver *solver, perp_contact_ru
             const int32_t was_warm = step->warm;
 
             status = perp_contact_solver_step(solver, step, result, laws, dynamics);
+            if (status == PERP_OK && step->is_other && step->source) {
+                status = perp_contact_solver_arrange(solver, step, laws, dynamics);
+                if (status == PERP_OK)
+                    continue;
+            }
             if (status != PERP_OK)
                 return status;
-            if (step->is_other && step->source) {
-                status = perp_contact_solver_arrange(solver, step, laws, dynamics);
-                if (status != PERP_OK)
-                    return status;
-                continue;
-            }
             run->wait = step->is_other ? PERP_CONTACT_WAIT_OTHER : PERP_CONTACT_WAIT_DONE;
             if (step->is_other)
                 return PERP_OK;

@@ -66,13 +66,12 @@ typedef struct perp__contact_ray {
  * a solution: polish.c. */
 typedef struct perp__contact_polish {
     perp__arena arena;
-    int64_t fitted;
     int32_t room;    /* rows that K has room for */
     double enough;   /* > 0: in plain doubles, and to no more than this tested residual */
     int64_t last;    /* of the steps in plain doubles */
     int32_t is_soft; /* the last step was a proximal one: no equations hold */
     int32_t n;       /* rows of the active set */
-    int32_t *place;  /* of a row in the system, -1: r is 0 there */
+    int32_t *place;  /* of a row in the system, -1: r is known there */
     int32_t *rows;   /* the other way round */
     int8_t *presses; /* contacts */
     int8_t *parts;   /* 3 contacts, behind those: enum perp__part_state */
@@ -80,7 +79,6 @@ typedef struct perp__contact_polish {
     int32_t *pivots;
     double *K, *factors;                          /* n by n; factors of K + a regularisation */
     double *rhs, *step, *error, *units, *weights; /* n */
-    double *then; /* size: velocities once what goes to its bound is there */
 } perp__contact_polish;
 
 /* Most rows of a problem that is polished: the factors are dense. */
@@ -97,7 +95,6 @@ typedef struct perp__contact_opening {
     perp_contact_solver *solver; /* NULL until it is first needed */
     perp__arena arena;
     int32_t size, whole, n; /* rows with gaps and equations; of the solver; velocities */
-    int32_t gaps;           /* of the answer in start; -1: there is none */
     int32_t patience;       /* steps in which overlaps are taken to contradict each other */
     int32_t *rows;          /* own, of the solver; */
     int32_t *position;      /* and back, or -1 */
@@ -106,6 +103,7 @@ typedef struct perp__contact_opening {
     int32_t *first;                   /* of each row of M, H or G: a velocity */
     double *W, *q, *r, *start, *sign; /* size by size; size */
     double *push, *share;             /* whole; n */
+    double *opened; /* p of the last step, by its rows, where those have no source */
 } perp__contact_opening;
 
 /* Rows as perp_contact_solver_arrange has arranged them: rows.c. */
@@ -116,7 +114,7 @@ typedef struct perp__contact_rows {
     int32_t contacts, rows, bilateral, bounded, gaps, is_scaled;
     int32_t *dims, *first, *H_rows, *G_rows, *gap_rows, *gap_sources, *modes;
     double *mu, *rolling, *spinning, *lower, *upper, *scale;
-    double *zeros;  /* w, b, H, G, r, u and start behind each other */
+    double *zeros, *start; /* w, b, H, G, r and u; start, and behind it that of openings */
     int32_t *names; /* 3 of each contact, then row with bounds: the same as long as it lasts */
     int32_t *kept, *record; /* contacts: the simulator's dimension, and which it is of its own */
     int32_t *places;        /* of the simulator's contacts: geoms, row, dimension; */
@@ -308,10 +306,11 @@ void perp__contact_keep_ray(perp_contact_solver *solver, const double *direction
 perp_status perp__contact_polish_run(perp_contact_solver *solver);
 /* Of a small problem whose W is there, before anything else: whether it is one; whether r, clipped,
  * is an answer as far as plain doubles tell, with u; and the same as above from r, at a small share
- * of the cost, considered only if within a few steps it ends with a set that stays. */
+ * of the cost, considered only if within a few steps it ends with a set that stays; knows_u: u is
+ * that of r. */
 int32_t perp__contact_polish_suits(const perp_contact_solver *solver);
 int32_t perp__contact_is_near(perp_contact_solver *solver);
-perp_status perp__contact_polish_start(perp_contact_solver *solver);
+perp_status perp__contact_polish_start(perp_contact_solver *solver, int32_t knows_u);
 /* The same, from a few thousand sets of a fixed random sequence, each with a try of its own, until
  * one is an answer: milliseconds. */
 perp_status perp__contact_polish_search(perp_contact_solver *solver);

@@ -50,16 +50,20 @@ static int32_t gather_rows(double *to, const double *J, const int32_t *rows, con
  * order. */
 static int32_t gather_mass(const perp_contact_step *s)
 {
-    int32_t changes = 0, next = 0;
+    int32_t changes = 0, k = 0;
 
-    for (int32_t k = 0; k < s->M_entries; k++) {
-        const int32_t source = s->mass_sources[k];
-        const double *from = source < 0 ? &s->M[k] : &s->mass[source];
-        const int32_t on = next < s->n && k == s->mass_diagonal[next];
+    for (int32_t next = 0; k < s->M_entries; next++) {
+        const int32_t end = next < s->n ? s->mass_diagonal[next] : s->M_entries;
 
-        changes |= put(&s->M[k],
-                       on && s->damping && source >= 0 ? *from + s->h * s->damping[next] : *from);
-        next += on;
+        for (; k < end; k++) {
+            const int32_t source = s->mass_sources[k];
+
+            changes |= put(&s->M[k], *(source < 0 ? &s->M[k] : &s->mass[source]));
+        }
+        if (next < s->n && s->mass_sources[k] >= 0)
+            changes |= put(&s->M[k], s->mass[s->mass_sources[k]] +
+                                         (s->damping ? s->h * s->damping[next] : 0.0));
+        k += next < s->n;
     }
     return changes;
 }
@@ -285,11 +289,11 @@ static perp_status step_once(perp_contact_solver *solver, perp_contact_step *s,
             s->is_other = memcmp((const char *)*w->at + w->offset + (size_t)k * (size_t)w->stride,
                                  seen + (size_t)k * (size_t)w->bytes, (size_t)w->bytes) != 0;
     }
-    if (status == PERP_OK && !s->is_other)
-        status = check_arrays(solver->context, s);
-    if (status == PERP_OK && !s->is_other)
-        status = check_indices(solver->context, s);
     if (status != PERP_OK || s->is_other)
+        return status;
+    status = check_arrays(solver->context, s);
+    PERP__THEN(status, check_indices(solver->context, s));
+    if (status != PERP_OK)
         return status;
 
     /* 2. M, H, G, w and b. */

@@ -28,9 +28,9 @@ void dtrsv_(const char *uplo, const char *trans, const char *diag, const int *n,
             const int *lda, double *x, const int *incx, size_t uplo_length, size_t trans_length,
             size_t diag_length);
 
-/* Multiplications below which the loops win, and the sizes for LU and Cholesky (measured against
- * OpenBLAS). */
-enum { SMALL_GEMM = 1000, SMALL_GEMV = 400, SMALL_LU = 48, SMALL_CHOLESKY = 56 };
+/* Multiplications below which the loops win, and the sizes for LU, Cholesky's solves and panels,
+ * and its factors alone (measured against OpenBLAS). */
+enum { SMALL_GEMM = 1000, SMALL_GEMV = 400, SMALL_LU = 48, SMALL_CHOLESKY = 56, SMALL_FACTOR = 96 };
 
 static const int one = 1;
 static const double minus_one = -1.0, plus_one = 1.0;
@@ -92,7 +92,7 @@ int32_t perp__cholesky_factor(int32_t n, double *A, int32_t lda)
 {
     int info = 0;
 
-    if (n <= SMALL_CHOLESKY)
+    if (n <= SMALL_FACTOR)
         return perp__loops_cholesky(n, A, lda);
     dpotrf_("L", &n, A, &lda, &info, 1);
     return info;

@@ -28,7 +28,7 @@ int32_t perp__is_dense_symmetric(const perp__matrix *M, const double *row_norms)
                 for (size_t i = I > j ? I : j + 1; i < n && i < I + TILE; i++) {
                     const double a = M->values[i + j * n], b = M->values[j + i * n];
 
-                    if (a != b && !(fabs(a - b) <= PERP__SUM_ROUNDING * row_norms[i]))
+                    if (a != b && !(row_norms && fabs(a - b) <= PERP__SUM_ROUNDING * row_norms[i]))
                         return 0;
                 }
     return 1;

@@ -6,7 +6,7 @@
 
 int32_t perp__has_positive_diagonal(const perp__matrix *M);
 
-/* Of a dense M, up to rounding of its rows' norms. */
+/* Of a dense M without gaps, up to rounding of its rows' norms; NULL: to the bit. */
 int32_t perp__is_dense_symmetric(const perp__matrix *M, const double *row_norms);
 
 /* The following ones are of CSC with sorted columns. No positive entry beside the diagonal; and

@@ -25,10 +25,13 @@ FAST = int(mj.mjtIntegrator.mjINT_IMPLICITFAST)
 RK4 = int(mj.mjtIntegrator.mjINT_RK4)
 _TAKEN = {int(mj.mjtIntegrator.mjINT_IMPLICIT): FAST}
 NO_EULER_DAMPING = int(mj.mjtDisableBit.mjDSBL_EULERDAMP)
+_NEWTON = int(mj.mjtSolver.mjSOL_NEWTON)  # which needs no matrix of all rows with all,
+_NO_ISLANDS = int(getattr(mj.mjtDisableBit, "mjDSBL_ISLAND", 0))  # as nothing of MuJoCo's solves
 
 
 class _Lent:
-    """A model's options while steppers have them: one for each model, of all its steppers."""
+    """A model's options while steppers have them: one for each model, of all its steppers. mine: the
+    user's own, with timestep and flags."""
 
     of: weakref.WeakValueDictionary[int, _Lent] = weakref.WeakValueDictionary()  # by address
     making = threading.Lock()
@@ -36,53 +39,49 @@ class _Lent:
     def __init__(self, model: Any) -> None:
         self.options, self.lock, self.users = model.opt, threading.Lock(), 0
         begin, end, first, last = place_of_options()
-        self._cells = (ctypes.c_char * (end - begin)).from_address(model._address + begin)
-        self._taken = (ctypes.c_char * (last - first)).from_address(model._address + first)
-        self.mine, self._own, self._theirs, self._jacobian = b"", b"", b"", -1
+        self.cells = (ctypes.c_char * (end - begin)).from_address(model._address + begin)
+        self.taken = (ctypes.c_char * (last - first)).from_address(model._address + first)
+        self.mine, self.own, self.theirs, self.jacobian = b"", b"", b"", -1
 
     def take(self, jacobian: int) -> None:
-        found, options = self._cells.raw, self.options
-        if found == self.mine and jacobian == self._jacobian:
-            self._taken.raw = self._theirs
-            return
-        self.mine, self._own, self._jacobian = found, self._taken.raw, jacobian
+        """Where they are others than were taken last."""
+        options = self.options
+        self.mine, self.own, self.jacobian = self.cells.raw, self.taken.raw, jacobian
         options.cone, options.jacobian = _ELLIPTIC, jacobian
+        options.solver, options.noslip_iterations = _NEWTON, 0
+        options.disableflags |= _NO_ISLANDS
         options.integrator = _TAKEN.get(options.integrator, options.integrator)
-        self._theirs = self._taken.raw
-
-    def give_back(self) -> None:
-        self._taken.raw = self._own
+        self.theirs = self.taken.raw
 
 
 class Borrowed:
-    """A model's cone and Jacobian are as perp stores rows, and implicitfast is taken for implicit,
-    while this is entered, and the user's own after that: also where several threads step it."""
+    """A model's cone and Jacobian are as perp stores rows, implicitfast is taken for implicit, and
+    nothing is made for MuJoCo's solvers, while this is entered; the user's own are back after that:
+    also where several threads step it."""
 
     def __init__(self, model: Any) -> None:
         with _Lent.making:
             lent = _Lent.of.get(model._address)
-            self._lent = lent = lent or _Lent(model)
+            self.lent = lent = lent or _Lent(model)
             _Lent.of[model._address] = lent
         self._jacobian = _AS_DENSE if model.nv <= DENSE else _AS_SPARSE
 
     def __enter__(self) -> None:
-        lent = self._lent
+        lent = self.lent
         with lent.lock:
-            if not lent.users:
-                lent.take(self._jacobian)
+            if not lent.users:  # here, as each call costs a small robot's step a part of its time
+                if lent.cells.raw == lent.mine and lent.jacobian == self._jacobian:
+                    lent.taken.raw = lent.theirs
+                else:
+                    lent.take(self._jacobian)
             lent.users += 1
 
     def __exit__(self, *_: Any) -> None:
-        lent = self._lent
+        lent = self.lent
         with lent.lock:
             lent.users -= 1
             if not lent.users:
-                lent.give_back()
-
-    @property
-    def options(self) -> bytes:
-        """The user's own, with timestep and flags, as long as this is entered."""
-        return self._lent.mine
+                lent.taken.raw = lent.own
 
 
 def turns(model: Any) -> Any:
@@ -203,18 +202,18 @@ def layout() -> Layout:
 
 @functools.lru_cache(maxsize=None)
 def place_of_options() -> tuple[int, int, int, int]:
-    """Where a model has its timestep, flags, integrator, cone and Jacobian, from and to, in bytes;
-    and where the last three. Reading them there costs a tenth of asking for each."""
+    """Where a model has its timestep and what is lent, from and to, in bytes; and where the latter.
+    Reading them there costs a tenth of asking for each."""
     model = mj.MjModel.from_xml_string(_SCENE)
     places = []
-    for name in "timestep", "disableflags", "integrator", "cone", "jacobian":
+    lent = "disableflags", "integrator", "cone", "jacobian", "solver", "noslip_iterations"
+    for name in "timestep", *lent:
         seen = []
         for value in (0.1, 0.3) if name == "timestep" else (0, 1):
             setattr(model.opt, name, value)
             seen.append(np.frombuffer(ctypes.string_at(model._address, _OPTIONS_BEFORE), np.int32))
         places.append(4 * int(np.flatnonzero(seen[0] != seen[1])[0]))
-    lent = places[2:]
-    return min(places), max(places) + 4, min(lent), max(lent) + 4
+    return min(places), max(places) + 4, min(places[1:]), max(places[1:]) + 4
 
 
 _OPTIONS_BEFORE = 2048  # a model begins with some hundred sizes, and then the options

@@ -67,23 +67,16 @@ class _Callbacks:
         self._getters = [getattr(mj, name) for name in names]
         functions, size = _functions(), ctypes.sizeof(ctypes.c_void_p)
         cells = [ctypes.c_void_p.in_dll(functions, name[4:]) for name in names]
-        places = sorted(ctypes.addressof(x) for x in cells)
-        pieces: list[list[int]] = []  # those that lie beside each other together
-        for place in places:
-            if pieces and pieces[-1][1] == place:
-                pieces[-1][1] += size
-            else:
-                pieces.append([place, place + size])
-        self._cells = [(ctypes.c_char * (end - begin)).from_address(begin) for begin, end in pieces]
-        self._seen: list[bytes] = []
-        self._are_there = False
+        places = [ctypes.addressof(x) for x in cells]
+        begin, end = min(places), max(places) + size  # they lie beside each other
+        self.cells = (ctypes.c_char * (end - begin)).from_address(begin)
+        self.none = b""  # what they were when there was none
 
     def are_there(self) -> bool:
-        now = [x.raw for x in self._cells]
-        if now != self._seen:
-            self._seen = now
-            self._are_there = any(get() is not None for get in self._getters)
-        return self._are_there
+        now = self.cells.raw
+        if now != self.none and all(get() is None for get in self._getters):
+            self.none = now
+        return now != self.none
 
 
 _callbacks = functools.lru_cache(maxsize=None)(_Callbacks)
@@ -104,6 +97,7 @@ class Runner:
         self._stepper, self._data = stepper, data
         self._run, self._begun = sized(ContactRun), False
         self._fit, self._room = b"", data.narena // 2
+        self._lent, self._callbacks = stepper.borrowed.lent, _callbacks()
         self._kept: list[Any] = []
         run, model = self._run, stepper.model
         run.model, run.data = model._address, data._address
@@ -201,11 +195,12 @@ class Runner:
     def _make(self) -> None:
         """Those that are left."""
         run, stepper, data = self._run, self._stepper, self._data
+        solver = stepper.solver
         while run.done < run.steps:
             if not stepper.dense and stepper.touching is None:
-                stepper.solver.watch_nothing()
+                solver.watch_nothing()
             try:
-                how = stepper.solver.run(run)
+                how = solver.run(run)
             except ValueError:
                 if run.phase != _SOLVE:
                     raise
@@ -214,7 +209,7 @@ class Runner:
             if run.wait == _OTHER:
                 stepper.arrange(data)
             elif run.wait == _LOOK:
-                stepper.solver.patience = run.patience + 1
+                solver.patience = run.patience + 1
                 self._moved(how, run)
 
     def _moved(self, how: Any, run: Any) -> None:
@@ -227,23 +222,20 @@ class Runner:
 
     def fit(self) -> None:
         """can() says so, of the model's options as they are."""
-        self._fit = self._stepper.borrowed.options
+        self._fit = self._lent.mine
 
-    def fits(self, data: Any) -> bool:
-        """Whether one() does for the next step: nothing is new but data's state."""
-        return (
-            self._data is data
-            and self._stepper.borrowed.options == self._fit
-            and data.maxuse_arena <= self._room
-            and not _callbacks().are_there()
-        )
-
-    def one(self) -> Solved:
-        """The next step."""
-        run, solver = self._run, self._stepper.solver
-        run.done = run.phase = 0
+    def one(self, data: Any) -> Optional[Solved]:
+        """The next step, where can() says so for it, too: nothing is new but data's state."""
+        if (
+            data is not self._data
+            or self._lent.mine != self._fit
+            or data.maxuse_arena > self._room
+            or self._callbacks.cells.raw != self._callbacks.none
+        ):
+            return None
+        self._run.done = self._run.phase = 0
         self._make()
-        how: Solved = solver.how
+        how: Solved = self._stepper.solver.how
         return how
 
     @property

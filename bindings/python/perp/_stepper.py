@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from ctypes import addressof, byref, c_double, c_int32, c_void_p, memmove, pointer, sizeof
 from functools import partial
+from struct import Struct
 from typing import Any, NamedTuple, Optional
 
 import numpy as np
@@ -49,6 +50,12 @@ class Solved(NamedTuple):
     residual: float
     iterations: int
     method: str
+
+
+# How a problem ended, in its result: all at once, as each field costs as much.
+_END, _END_AT = Struct("iiqd"), CResult.outcome.offset
+_ENDS = {code: (word, code in GOOD_OUTCOMES) for code, word in OUTCOMES.items()}
+_solved = partial(tuple.__new__, Solved)
 
 
 class Laws(NamedTuple):
@@ -363,12 +370,8 @@ class RowSolver(Handle):
         self.watch([(addressof(self._nothing[0]), 0, 8)], [self._nothing[1]])
 
     def _ended(self) -> Solved:
-        end = self.result
-        outcome = end.outcome
-        return Solved(
-            OUTCOMES[outcome], outcome in GOOD_OUTCOMES, end.residual, end.iterations,
-            CONTACT_METHODS[end.method],
-        )  # fmt: skip
+        outcome, method, iterations, residual = _END.unpack_from(self.result, _END_AT)
+        return _solved((*_ENDS[outcome], residual, iterations, CONTACT_METHODS[method]))
 
     def _hand_back(self) -> None:
         self._call(library.perp_contact_solver_hand_back, self._by_reference[0])

@@ -179,9 +179,9 @@ class Stepper:
         """Advances data by the model's timestep, and says how its problem ended. Where that is not
         ok, the best impulses found are used all the same."""
         with self.borrowed:
-            runner = self._runner
-            if runner is not None and runner.fits(data):
-                return runner.one()
+            how = self._runner.one(data) if self._runner else None
+            if how is not None:
+                return how
             if not Runner.can(self, data):
                 return self._step(data)
             self._run(data, 1).fit()

@@ -386,6 +386,46 @@ def test_robots_of_parts_that_overlap_come_apart():
     assert data.ncon == 2 and abs(data.qpos[0]) < 1e-4
 
 
+def test_nothing_is_made_for_solvers_of_mujocos_own():
+    """Islands, and the matrix that PGS and noslip work on, are asked for by nobody: a step has the
+    bits that it has where the model does not name them, and the model is as it was."""
+    ends = []
+    for options in ("", 'solver="PGS" noslip_iterations="5"'):
+        model, data = slope(0.3, BOX.format(mu=0.6), start="0 0 .049", options=options)
+        kept = model.opt.solver, model.opt.noslip_iterations, model.opt.disableflags
+        for _ in range(20):
+            assert perp.mujoco.step(model, data).ok
+        assert kept == (model.opt.solver, model.opt.noslip_iterations, model.opt.disableflags)
+        assert getattr(data, "nisland", 0) == 0 and getattr(data, "nA", 0) == 0
+        ends.append(np.concatenate([data.qpos, data.qvel]))
+    assert (ends[0] == ends[1]).all()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_what_takes_overlaps_away_does_not_depend_on_the_last_step(seed):
+    """It begins with the impulses of contacts that last while others come and go; the velocity is
+    unique, and that of a stepper which knows nothing, to tol of the fastest."""
+    rng = np.random.default_rng(seed)
+    balls = "".join(
+        f'<body pos="{x:.4f} {y:.4f} {z:.4f}"><freejoint/><geom size=".05"/></body>'
+        for x, y, z in rng.uniform((-0.1, -0.1, 0.03), (0.1, 0.1, 0.2), (9, 3))
+    )
+    model, data = scene(f'<geom type="plane" size="1 1 1"/>{balls}')
+    other, stepper = mujoco.MjData(model), perp.mujoco.Stepper(model)
+    counts = set()
+    for _ in range(60):
+        mujoco.mj_copyData(other, model, data)
+        fresh = perp.mujoco.Stepper(model)
+        assert fresh.step(other).ok and stepper.step(data).ok
+        counts.add(data.ncon)
+        here, there = stepper.solver.shift, fresh.solver.shift
+        assert (here is None) == (there is None)
+        if here is not None:
+            fastest = np.abs(there).max()
+            assert here == pytest.approx(there, rel=0.0, abs=1e-7 * fastest)
+    assert len(counts) > 2
+
+
 LEG = """
 <body pos="{x:.3f} {y:.3f} 0"><geom size=".02" mass=".1"/><body>
   <joint name="x{k}" axis="1 0 0" limited="true" range="-60 60"/>

@@ -9,9 +9,10 @@
 #include "contact/dynamics/delassus.h"
 #include "contact/dynamics/half.h"
 #include "linalg/blas.h"
+#include "linalg/signs.h"
 
 /* Columns of W that are solved for at a time, and velocities up to which M's factor is inverted. */
-enum { BLOCK = 32, INVERTED_MOST = 32 };
+enum { BLOCK = 32, INVERTED_MOST = 72 };
 
 /* ---- checks of what a caller hands over ---- */
 
@@ -19,9 +20,8 @@ static perp_status read_mass(perp_context *context, perp__dynamics *own,
                              const perp_contact_dynamics *dynamics)
 {
     const perp__matrix *M = &own->M;
+    const double half = sqrt(DBL_EPSILON); /* of the digits: matrices are symmetric but for them */
     perp__cursor c;
-    const double half =
-        sqrt(DBL_EPSILON); /* of the digits: matrices from the field are symmetric */
     perp_status status;
 
     if (!dynamics->M == !dynamics->solve)
@@ -39,6 +39,11 @@ static perp_status read_mass(perp_context *context, perp__dynamics *own,
         if (!(perp__entry(M, i, i) > 0.0))
             return perp__refuse(context, "M(%d,%d) is %g: M is not positive definite", (int)i,
                                 (int)i, perp__entry(M, i, i));
+    if (!M->column_starts && M->row_stride * M->column_stride == (size_t)own->n &&
+        perp__is_dense_symmetric(M, NULL)) { /* then its rows are columns, which are faster */
+        own->M.row_stride = 1, own->M.column_stride = (size_t)own->n;
+        return PERP_OK;
+    }
     c = perp__first(M);
     while (M->rows > 0 && perp__advance(&c)) {
         const double mirrored = perp__entry(M, c.j, c.i);
@@ -100,7 +105,8 @@ perp_status perp__dynamics_read(perp_context *context, perp__dynamics *own, int3
 static int32_t is_halved(const perp__dynamics *own)
 {
     return own->forms_W && own->has_M &&
-           own->n <= (own->size > own->n ? PERP__HALF_MOST : PERP__HALF_FEW);
+           own->n <=
+               (own->size > own->n || !own->M.column_starts ? PERP__HALF_MOST : PERP__HALF_FEW);
 }
 
 static void lay_out(perp__arena *arena, void *object)

@@ -9,9 +9,9 @@
 /* Rows of A that are worked on at a time: Y has so many more columns than one needs. */
 enum { PERP__HALF_TILE = 8 };
 
-/* Velocities up to which W is made so; and those up to which it is where rows outnumber them, as
- * methods then go on in velocities: M's own factors, mostly those of a tree, are cheaper for W
- * alone. */
+/* Velocities up to which W is made so; and those up to which it is where M is dense, or where rows
+ * outnumber them, as methods then go on in velocities: factors of a sparse M, mostly those of a
+ * tree, are cheaper for W alone. */
 enum { PERP__HALF_FEW = 96, PERP__HALF_MOST = 256 };
 
 /* Columns of Y for so many rows of A. */
