@@ -104,6 +104,7 @@ struct perp_contact_solver {
     perp_contact_settings settings;
     perp__arena arena;
     size_t sizes[5], fitted[5]; /* of rigid bodies; and what arena was laid out for: rigid.c */
+    size_t reserved[5];         /* and what methods that starts lead to have room for */
     const struct perp__rigid_problem *rigid; /* with its entrance, during a call */
     int32_t proves;                          /* proofs of infeasibility are looked for */
     int32_t brief;                           /* as perp__rigid_problem's */
