@@ -53,6 +53,23 @@ static perp_status fit(perp_contact_solver *solver, perp__contact_slot *slot)
                                slot->method->layout, &solver->problem, solver->setups);
 }
 
+/* Of rigid bodies, of which one problem follows the other: whatever start the next one has, its
+ * method has room by then. */
+static perp_status reserve(perp_contact_solver *solver)
+{
+    perp__contact_slot *slot = slot_of(solver, PERP_CONTACT_METHOD_PROXIMAL);
+    perp_status status;
+
+    if (memcmp(solver->reserved, solver->fitted, sizeof solver->fitted) == 0 || !solver->rigid ||
+        solver->settings.method != PERP_CONTACT_METHOD_AUTO)
+        return PERP_OK;
+    status = fit(solver, slot);
+    PERP__THEN(status, slot->method->reserve(slot->space.work));
+    if (status == PERP_OK)
+        memcpy(solver->reserved, solver->fitted, sizeof solver->fitted);
+    return status;
+}
+
 /* Contacts and bilateral rows up to which a proof of infeasibility is looked for early. */
 enum { EARLY_RAY = 200 };
 
@@ -353,6 +370,16 @@ static perp_status try_start(perp_contact_solver *solver)
     return perp__contact_consider(solver, PERP_CONTACT_METHOD_POLISH, NULL, &worth);
 }
 
+/* Whether Newton's method, which doubles the digits, comes from the start to the end in two steps:
+ * then that takes less than the sweeps of the plan. */
+static int32_t is_near(const perp_contact_solver *solver, const plan_step *steps, int32_t count)
+{
+    return solver->rigid && solver->call->r0 && count > 1 && !ends_the_search(solver) &&
+           steps[0].method == PERP_CONTACT_METHOD_SWEEP &&
+           steps[1].method == PERP_CONTACT_METHOD_PROXIMAL && !perp__contact_polish_suits(solver) &&
+           solver->best.worth.tested <= sqrt(sqrt(solver->settings.tol));
+}
+
 static perp_status search(perp_contact_solver *solver)
 {
     const int32_t limit = solver->settings.max_iterations, method = solver->settings.method;
@@ -373,10 +400,15 @@ static perp_status search(perp_contact_solver *solver)
     for (int32_t k = 0; k < PERP__CONTACT_METHODS; k++)
         solver->slots[k].spent = 0;
     status = perp__contact_load(solver);
+    PERP__THEN(status, reserve(solver));
     PERP__THEN(status, try_start(solver));
     if (status == PERP_OK && solver->settings.cone == 0 && !solver->call->r0 &&
         (method == PERP_CONTACT_METHOD_AUTO || method == PERP_CONTACT_METHOD_SWEEP))
         status = look_at_rest(solver);
+    if (status == PERP_OK && is_near(solver, steps, count)) {
+        status = run(solver, &(plan_step){PERP_CONTACT_METHOD_PROXIMAL, FROM_BEST, 0, 0, 1});
+        count = is_enough(solver) ? 0 : count;
+    }
     /* 2. The plan. Where it is cheap, the question whether there are any velocities at all comes
        early; never with a budget that is used up. */
     ray_after = solver->constraints > EARLY_RAY ? count - 1 : 0;

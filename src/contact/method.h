@@ -106,6 +106,9 @@ typedef struct perp__contact_method {
     perp_status (*solve)(void *work, perp__contact_iterate *iterate);
     /* Releases what is not in the arena (factorisations); may be NULL. */
     void (*release)(void *work);
+    /* Asks for the memory that solve() would beyond the arrays; NULL: it asks for none. PERP_OK or
+     * PERP_ERROR_MEMORY. */
+    perp_status (*reserve)(void *work);
 } perp__contact_method;
 
 /* First member of every method's workspace struct. */

@@ -129,7 +129,8 @@ struct perp_contact_solver {
     PERP__HANDLE;
     perp_contact_settings settings;
     perp__arena arena;
-    size_t fitted[4];                        /* rigid bodies: what arena was laid out for */
+    size_t fitted[4];   /* rigid bodies: what arena was laid out for, */
+    size_t reserved[4]; /* and what methods that starts lead to have room for */
     const struct perp__rigid_problem *rigid; /* with its entrance, during a call */
     int32_t proves;                          /* proofs of infeasibility are looked for */
     int32_t brief;                           /* as perp__rigid_problem's */

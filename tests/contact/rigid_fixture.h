@@ -7,6 +7,8 @@
 
 #include "suite.h"
 
+#include "base/handle.h"
+
 #include <perp/perp.h>
 
 #include "gen.h"

@@ -4,6 +4,8 @@
 
 #include "suite.h"
 
+#include "base/handle.h"
+
 #include <float.h>
 #include <perp/base.h>
 

@@ -5,6 +5,8 @@
 
 #include "suite.h"
 
+#include "base/handle.h"
+
 #include <perp/perp.h>
 
 #include "contact/contact.h"

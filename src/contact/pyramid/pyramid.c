@@ -443,4 +443,4 @@ static void release(void *work)
 }
 
 const perp__contact_method perp__contact_lemke = {
-    PERP_CONTACT_METHOD_LEMKE, sizeof(perp__pyramid), 1, 1, check, layout, solve, release};
+    PERP_CONTACT_METHOD_LEMKE, sizeof(perp__pyramid), 1, 1, check, layout, solve, release, NULL};

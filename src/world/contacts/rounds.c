@@ -58,9 +58,30 @@ static int32_t has_points(const perp__pair *pair)
     return !pair->open || pair->joined > 0;
 }
 
+/* Whether the pair has that point from a round before, to what is near: another row like that one
+ * would move nothing. Beside joints arcs and rows that give way leave what is obeyed deeper. */
+static int32_t is_known(const perp__contact_set *set, const perp__pair *pair,
+                        const perp__world_contact *contact)
+{
+    for (int32_t k = pair->late; k >= 0; k = set->responses[k].later) {
+        const perp__world_contact *known = &set->contacts[k];
+        double apart = fabs(known->gap - contact->gap);
+
+        for (int32_t i = 0; i < 3; i++) {
+            for (int32_t side = 0; side < 2; side++)
+                perp__raise_to(&apart, fabs(known->arms[side][i] - contact->arms[side][i]));
+            perp__raise_to(&apart, contact->size * fabs(known->axes[0][i] - contact->axes[0][i]));
+        }
+        if (known->round < contact->round && apart <= PERP__NEAR * contact->size)
+            return 1;
+    }
+    return 0;
+}
+
 /* Appends the points in which a pair meets; a feature that has one has another, as it lies then. */
 static perp_status join_pair(perp_world *world, perp__pair *pair, double h)
 {
+    const int32_t before = world->contacts.count;
     perp__moving a, b;
     perp__point points[PERP__MAX_POINTS];
     int32_t i, made = perp__collision_points(world, pair, h, points);
@@ -78,13 +99,17 @@ static perp_status join_pair(perp_world *world, perp__pair *pair, double h)
             memset(set->responses[number].warm, 0, sizeof set->responses[number].warm);
         set_back(contact, pair->collision.time, &a, &b);
         contact->gap = perp__greater(contact->gap, pair->collision.begun);
+        if (is_known(set, pair, contact)) {
+            set->count--;
+            continue;
+        }
         set->ties[number].moved =
             (int8_t)(pair->collision.time == 1.0 ||
                      (pair->collision.time > 0.0 && !(fabs(contact->gap) <= contact->rounding)));
         perp__prepare_contact(world, set, number);
         list_late(set, pair, number);
     }
-    pair->joined += made > 0;
+    pair->joined += world->contacts.count > before;
     return status;
 }
 
