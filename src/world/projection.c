@@ -19,26 +19,24 @@
 /* How far a point may be moved, in overlaps. */
 #define LONGEST_WAY 8.0
 
-static double allowed(double size, double rounding)
-{
-    return fmax(PERP__IN_PLACE * size, rounding);
-}
-
-/* The overlaps of the next states, of a range of pairs. */
+/* Overlaps of the next states; of what is swept, deeper ones than the level lets a motion make. */
 static void find_overlaps(perp_world *world, perp__share *share, double h)
 {
+    const double deep = perp__level_of(world)->deep;
     perp__point points[PERP__MAX_POINTS];
 
     (void)h;
     for (int32_t i = share->first; i < share->end; i++) {
         perp__pair *pair = perp__ordered_pair(world, i);
+        const int32_t *body = pair->body;
         double least;
         int32_t made = 0;
 
         pair->overlap = 0.0;
         if (perp__is_swept(world, pair) || !perp__are_near(world, pair, 0.0))
             continue;
-        least = -allowed(perp__pair_size(world, pair), perp__pair_rounding(world, pair));
+        least = world->roles[body[0]].swept || world->roles[body[1]].swept ? deep : PERP__IN_PLACE;
+        least = -fmax(least * perp__pair_size(world, pair), perp__pair_rounding(world, pair));
         made = perp__collide(&world->placed[pair->first], &world->placed[pair->second],
                              world->settings.planar, least, points);
         for (int32_t k = 0; k < made; k++)
@@ -95,13 +93,12 @@ static double longest_opening(const perp_world *world, const perp__island *islan
 
     *most = 0.0;
     for (int32_t i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact =
-            perp__island_contact(world, &world->overlaps, island, i);
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
 
-        if (!(contact->gap < -allowed(contact->size, contact->rounding)))
-            continue;
-        perp__raise_to(most, reach_of(world, contact));
-        perp__raise_to(&longest, fmin(-contact->gap, reach_of(world, contact)));
+        if (contact->gap < -contact->rounding) {
+            perp__raise_to(most, reach_of(world, contact));
+            perp__raise_to(&longest, fmin(-contact->gap, reach_of(world, contact)));
+        }
     }
     return longest;
 }
@@ -115,8 +112,7 @@ static double longest_displacement(const perp_world *world, const perp__island *
     for (int32_t i = 0; i < island->bodies; i++)
         perp__raise_to(&largest, perp__length3(perp__island_motion(world, island, i)->shift));
     for (int32_t i = 0; i < 2 * island->contacts; i++) {
-        const perp__world_contact *contact =
-            perp__island_contact(world, &world->overlaps, island, i / 2);
+        const perp__world_contact *contact = perp__step_contact(world, island, i / 2);
         const int32_t body = i % 2 == 0 ? contact->body_a : contact->body_b;
         const double *shift = world->motions[body].shift;
 
@@ -132,13 +128,15 @@ static double longest_displacement(const perp_world *world, const perp__island *
 /* What turns goes on to do so as its own frame sees it, with the energy that it had: a velocity
  * that stayed as it is would gain some, step by step, of a capsule that spins while it rolls.
  * Joints have made theirs for the axes that are. */
-static void turn_with_velocity(const perp_world *world, perp__state *state, const double *turn)
+static void turn_with_velocity(const perp_world *world, perp__state *state, const double *turn,
+                               int32_t jointed)
 {
     double before[9], after[9], own[3];
 
     perp__rotation_of(world, state, before);
     perp__turn(world, state, turn);
-    if (world->settings.planar || perp__is_zero3(turn) || perp__is_zero3(state->angular_velocity))
+    if (jointed || world->settings.planar || perp__is_zero3(turn) ||
+        perp__is_zero3(state->angular_velocity))
         return;
     perp__rotation_of(world, state, after);
     perp__apply_transposed3(own, before, state->angular_velocity);
@@ -152,33 +150,30 @@ static void apply(perp_world *world, const perp__island *island)
         const double *shift = world->motions[body].shift;
 
         perp__add3(world->next[body].position, 1.0, shift);
-        if (island->joints > 0)
-            perp__turn(world, &world->next[body], shift + 3);
-        else
-            turn_with_velocity(world, &world->next[body], shift + 3);
+        turn_with_velocity(world, &world->next[body], shift + 3, island->joints > 0);
     }
 }
 
-/* Shifts are shorter where a point would go farther than `most`, and where they would take more
- * energy than the step lost, rounding aside: what is left of the overlap is taken out in the next
- * steps, as more is lost, and what rests stays as it is. Gaps are linear in the shifts, so that
- * each is opened by the same share. */
+/* Shifts are shorter where a point would go farther than `most`, or for more energy than the step
+ * left, rounding aside, and what turned into the overlap has: what is left of that is taken out as
+ * more is lost, and what rests stays. Gaps are linear in the shifts: all open by the same share. */
 static void shorten(const perp_world *world, const perp__island *island, double most)
 {
-    double lost = perp__work_of_motors(world, island), needed = 0.0, rounding = 0.0, frame[3];
+    double left = 0.0, needed = 0.0, rounding = 0.0, frame[3];
     double share = fmin(1.0, most / longest_displacement(world, island));
-    const int32_t framed = perp__find_frame(world, island, frame);
 
+    (void)perp__find_frame(world, island, frame);
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
 
-        lost += perp__energy_lost(world, body, frame);
+        left += world->motions[body].unspent;
+        if (world->roles[body].far)
+            left += perp__kinetic_of(world, body, &world->next[body], frame);
         rounding += perp__energy_rounding(world, body, frame);
         needed += share * perp__work_needed(world, body, world->motions[body].shift);
     }
-    if (needed > perp__greater(lost, 0.0) + rounding && !perp__has_put(world, island) &&
-        framed) /* else it is others' work */
-        share *= perp__greater(lost, 0.0) / needed;
+    if (needed > left + rounding && !perp__has_put(world, island))
+        share *= left / needed;
     for (int32_t i = 0; i < island->bodies; i++)
         for (int32_t k = 0; k < 6; k++)
             perp__island_motion(world, island, i)->shift[k] *= share;
@@ -195,8 +190,8 @@ void perp__write_normal(const perp_world *world, const perp__world_contact *cont
     perp__write_row(world, body, (const double(*)[6])row, gap, 1.0, rows);
 }
 
-/* The rows of the island's overlaps, bodies at rest. */
-static void pose(perp_world *world, const perp__island *island)
+/* Rows of the island's overlaps, and of limits that its points may come to; bodies at rest. */
+static void pose(perp_world *world, const perp__island *island, double most)
 {
     perp__island_work *work = &world->work;
     const int32_t n = world->dof;
@@ -209,13 +204,13 @@ static void pose(perp_world *world, const perp__island *island)
     }
     memset(work->free, 0, (size_t)(n * island->bodies) * sizeof *work->free);
     for (int32_t i = 0; i < island->contacts; i++) {
-        perp__world_contact *contact = perp__island_contact(world, &world->overlaps, island, i);
+        perp__world_contact *contact = perp__step_contact(world, island, i);
 
         perp__write_normal(world, contact, fmax(contact->gap, -reach_of(world, contact)),
                            &work->rows[i]);
     }
     work->count = island->contacts;
-    perp__add_joint_errors(world, island);
+    perp__add_joint_errors(world, island, 2.0 * most);
 }
 
 /* Shifts of the island's bodies; *found: whether they are any good. */
@@ -223,7 +218,8 @@ static perp_status solve_shifts(perp_world *world, const perp__island *island, i
 {
     perp__rigid_problem problem;
     perp__rigid_answer answer;
-    perp__passes step = {.h = 1.0};
+    perp__passes step = {.h = 1.0, .passes = world->work.inequalities > 0 ? PERP__PASSES : 1};
+    const int32_t swept = island->joints > 0 && world->settings.accuracy < PERP_ACCURACY_ACCURATE;
     perp_status status;
 
     world->work.set_up = 0;
@@ -236,13 +232,9 @@ static perp_status solve_shifts(perp_world *world, const perp__island *island, i
     if (problem.max_iterations == 0 || problem.max_iterations > ITERATIONS)
         problem.max_iterations = ITERATIONS;
     problem.holds = 1;
-    step.passes = problem.contacts > 0 ? PERP__PASSES : 1;
-    if (island->joints == 0) {
-        status = perp__rigid_solve(world->solver, &answer, &problem);
-    } else { /* ways that passes come to: what they leave of an overlap comes again */
-        answer.outcome = PERP_OUTCOME_ITERATION_LIMIT;
-        status = perp__coloured_step(&world->coloured, &answer, NULL, &problem, &step);
-    }
+    answer.outcome = PERP_OUTCOME_ITERATION_LIMIT; /* of passes: what they leave comes again */
+    status = swept ? perp__coloured_step(&world->coloured, &answer, NULL, &problem, &step)
+                   : perp__rigid_solve(world->solver, &answer, &problem);
     if (status != PERP_OK)
         return status;
     perp__spend(world, answer.iterations);
@@ -259,20 +251,22 @@ static perp_status solve_shifts(perp_world *world, const perp__island *island, i
 static perp_status project_island(perp_world *world, const perp__island *island, double longest,
                                   double most)
 {
+    double rounding;
+    const double gained = perp__energy_gained(world, island, &rounding);
     perp__carrying carrying;
     perp_status status;
     int32_t found = 0;
 
     (void)perp__find_carrying(world, island, 0, &carrying);
-    pose(world, island);
+    pose(world, island, most);
     status = solve_shifts(world, island, &found);
     if (found && carrying.body >= 0)
         found = longest_displacement(world, island) <= (LONGEST_WAY + island->bodies) * longest;
-    if (status == PERP_OK && found) {
-        shorten(world, island, most);
-        apply(world, island);
-    }
-    return status;
+    if (status != PERP_OK)
+        return status;
+    shorten(world, island, found ? most : 0.0);
+    apply(world, island);
+    return perp__close_joints(world, island, gained);
 }
 
 /* Works on the next states; the links and islands of the step are gone afterwards. */
@@ -298,13 +292,10 @@ perp_status perp__project_overlaps(perp_world *world, int32_t *changed)
     for (int32_t i = 0; i < world->island_count && status == PERP_OK; i++) {
         const perp__island *island = &world->islands[i];
         const double lack = perp__island_errors(world, island);
-        const double given = island->joints > 0 ? perp__energy_given(world, island) : 0.0;
         double most, longest = lack + longest_opening(world, island, &most);
 
         if (longest > 0.0)
             status = project_island(world, island, longest, lack + most);
-        if (status == PERP_OK && island->joints > 0)
-            status = perp__close_again(world, island, given); /* what turns left of them */
     }
     return status;
 }

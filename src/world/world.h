@@ -183,7 +183,7 @@ typedef struct perp__role {
     int8_t touched; /* has contact points in this step */
     int8_t jointed; /* has joints */
     int8_t swept;   /* verdict.swept */
-    int8_t far;     /* joints took it far from where that led */
+    int8_t far;     /* turning or joints took it far from where that led */
     int8_t put;     /* its state's, at the end of the step */
     int8_t repeats; /* ends the step as it began, and no one changed it since */
     int8_t calm;    /* so does all that is joined to it; at the root. When a step begins: so did all
@@ -210,6 +210,7 @@ typedef struct perp__motion {
     double last[6]; /* are placed by */
     double shift[6]; /* of the projection; */
     double overlap;  /* the deepest of its pairs, and what joints lack */
+    double unspent;  /* its part of the energy that the step lost */
 } perp__motion;
 
 /* Where bodies touch. From the axes on it is what points of a pair and normal have in common. */
@@ -256,6 +257,7 @@ typedef struct perp__tie {
     int8_t moved;     /* lies where only a motion of the bodies brings it */
     int8_t deep;      /* perp__is_deep() */
     int8_t repeats;   /* is that of the last step, to the last bit */
+    int8_t pushes;    /* takes part in closing joints */
     uint64_t key;     /* of what its rows are made of; 0: not made yet (standing.c) */
 } perp__tie;
 

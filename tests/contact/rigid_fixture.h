@@ -7,10 +7,9 @@
 
 #include "suite.h"
 
-#include "base/handle.h"
-
 #include <perp/perp.h>
 
+#include "base/handle.h"
 #include "gen.h"
 #include "rigid_scene.h"
 

@@ -4,11 +4,10 @@
 
 #include "suite.h"
 
-#include "base/handle.h"
-
 #include <float.h>
 #include <perp/base.h>
 
+#include "base/handle.h"
 #include "contact/coloured/coloured.h"
 #include "contact/rigid_scene.h"
 

@@ -5,10 +5,9 @@
 
 #include "suite.h"
 
-#include "base/handle.h"
-
 #include <perp/perp.h>
 
+#include "base/handle.h"
 #include "contact/contact.h"
 #include "gen.h"
 #include "rigid_scene.h"

@@ -132,7 +132,7 @@ void perp__repeat_contact(const perp_world *world, const perp__pair *pair, int32
     perp__copy3(response->remembered, response->warm);
     perp__copy3(response->base, last->responses[from].base);
     set->ties[i] = last->ties[from];
-    set->ties[i].included = set->ties[i].fresh = 0;
+    set->ties[i].included = set->ties[i].fresh = set->ties[i].pushes = 0;
     set->ties[i].repeats = 1;
 }
 

@@ -7,7 +7,10 @@
 
 static int32_t joins(const perp__contact_set *set, int32_t i, int32_t pressing)
 {
-    return set->ties[i].included && !(pressing && perp__is_zero3(set->responses[i].impulse));
+    const perp__tie *tie = &set->ties[i];
+
+    return tie->included &&
+           (!pressing || tie->pushes || !perp__is_zero3(set->responses[i].impulse));
 }
 
 /* Numbers the islands and lists their bodies: roots come first in slot order, so a first pass

@@ -13,8 +13,8 @@ static inline int32_t perp__count_members(const perp_world *world)
     return world->island_count > 0 ? last->first_body + last->bodies : 0;
 }
 
-/* island.c: islands of the dynamic bodies that the set's included contacts join; `pressing`: with
- * impulses alone. */
+/* island.c: islands of the dynamic bodies that the set's included contacts join; `pressing`: those
+ * that impulses, or ways that close joints, press. */
 perp_status perp__build_islands(perp_world *world, const perp__contact_set *set, int32_t pressing);
 
 static inline perp__motion *perp__island_motion(const perp_world *world, const perp__island *island,
@@ -23,11 +23,17 @@ static inline perp__motion *perp__island_motion(const perp_world *world, const p
     return &world->motions[world->body_order[island->first_body + i]];
 }
 
-static inline perp__world_contact *perp__island_contact(const perp_world *world,
-                                                        const perp__contact_set *set,
-                                                        const perp__island *island, int32_t i)
+/* Contact i of an island, of the set that joins it: the step's, but for the projection. */
+static inline perp__world_contact *perp__step_contact(const perp_world *world,
+                                                      const perp__island *island, int32_t i)
 {
-    return &set->contacts[world->contact_order[island->first_contact + i]];
+    return &world->island_set->contacts[world->contact_order[island->first_contact + i]];
+}
+
+static inline perp__tie *perp__step_tie(const perp_world *world, const perp__island *island,
+                                        int32_t i)
+{
+    return &world->island_set->ties[world->contact_order[island->first_contact + i]];
 }
 
 /* Body k of those that contacts, and after them joints, tie, two of each. */
@@ -36,15 +42,8 @@ static inline int32_t perp__tied_body(const perp_world *world, const perp__islan
 {
     const int32_t i = k / 2, joint = i - island->contacts;
 
-    return joint < 0 ? world->island_set->ties[world->contact_order[island->first_contact + i]]
-                           .body[k % 2]
+    return joint < 0 ? perp__step_tie(world, island, i)->body[k % 2]
                      : world->joints[world->joint_order[island->first_joint + joint]].body[k % 2];
-}
-
-static inline perp__tie *perp__step_tie(const perp_world *world, const perp__island *island,
-                                        int32_t i)
-{
-    return &world->contacts.ties[world->contact_order[island->first_contact + i]];
 }
 
 /* Whether callers put one of its bodies deep into others: the projection parts all of it then. */
@@ -55,13 +54,6 @@ static inline int32_t perp__has_put(const perp_world *world, const perp__island 
     for (int32_t i = 0; i < island->bodies && !put; i++)
         put = world->roles[world->body_order[island->first_body + i]].put != 0;
     return put;
-}
-
-/* One of the step's contacts. */
-static inline perp__world_contact *perp__step_contact(const perp_world *world,
-                                                      const perp__island *island, int32_t i)
-{
-    return perp__island_contact(world, &world->contacts, island, i);
 }
 
 static inline perp__response *perp__step_response(const perp_world *world,

@@ -145,11 +145,9 @@ static perp_status solve_island(perp_world *world, int32_t number, double h, per
  * widths of both shapes: then it can be beyond the other one. Joints have perp__is_rough(). */
 static int32_t turns_far(const perp_world *world, const perp__island *island, double h)
 {
-    int32_t far = 0, turns = 0;
+    int32_t far = 0;
 
-    for (int32_t i = 0; i < island->bodies && !turns; i++)
-        turns = !perp__is_zero3(perp__island_motion(world, island, i)->after + 3);
-    for (int32_t i = 0; i < island->contacts && turns && !far; i++) {
+    for (int32_t i = 0; i < island->contacts && !far; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
         const perp__shape *a = &world->shapes[contact->shape_a];
         const perp__shape *b = &world->shapes[contact->shape_b];
@@ -192,8 +190,13 @@ static void note(perp_world *world, const perp__island *island, double h, perp__
             verdict->endless += !perp__is_finite_contact(&world->contacts, number);
     }
     for (int32_t k = 0; k < island->bodies; k++) {
+        const double *w = perp__island_motion(world, island, k)->moving + 3;
+        perp__role *role = &world->roles[world->body_order[island->first_body + k]];
+
         perp__island_motion(world, island, k)->verdict = *verdict;
-        world->roles[world->body_order[island->first_body + k]].swept = (int8_t)no_projection;
+        role->swept = (int8_t)no_projection;
+        role->far |= island->joints > 0 &&
+                     0.5 * h * h * perp__dot3(w, w) > fmax(perp__level_of(world)->deep, PERP__NEAR);
     }
 }
 

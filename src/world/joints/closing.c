@@ -23,30 +23,32 @@ static void begin_gaps(perp_world *world, const perp__island *island, double t)
 
     memset(work->hit, 0, (size_t)island->contacts);
     for (int32_t i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact =
-            perp__island_contact(world, world->island_set, island, i);
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
 
-        work->gap[i] = contact->gap + t * perp__normal_velocity(world, contact, PERP__TWIST_MOVING);
+        work->gap[i] = contact->gap +
+                       t * perp__normal_velocity(world, contact, PERP__TWIST_MOVING) +
+                       (t == 0.0 ? perp__normal_velocity(world, contact, PERP__TWIST_SHIFT) : 0.0);
         work->came[i] = 0.0;
     }
 }
 
-/* Contacts that ways take deeper than steps open them, as light bodies between heavy ones are taken
- * that pull them into an edge, take part when the pass is taken again; returns how many came. */
-static int32_t shut_contacts(perp_world *world, const perp__island *island)
+/* Contacts that ways take deeper than what `opens` them afterwards, as heavy bodies pull light ones
+ * into an edge, take part when the pass is taken again; returns how many came. */
+static int32_t shut_contacts(perp_world *world, const perp__island *island, int32_t opens)
 {
     perp__island_work *work = &world->work;
     int32_t came = 0;
 
     for (int32_t i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact =
-            perp__island_contact(world, world->island_set, island, i);
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
         const double deep = perp__deep_overlap(contact), gap = work->gap[i];
         const double way = work->came[i] + perp__normal_velocity(world, contact, PERP__TWIST_SHIFT);
 
         if (!work->hit[i] && gap + way < -deep &&
-            -way > fmax(deep, perp__cleared(-gap, 0.5 * deep)))
+            -way > (opens ? fmax(deep, perp__cleared(-gap, 0.5 * deep)) : 0.0)) {
+            perp__step_tie(world, island, i)->pushes = 1;
             came += work->hit[i] = 1;
+        }
     }
     return came;
 }
@@ -57,9 +59,8 @@ static void let_contacts_go(perp_world *world, const perp__island *island, doubl
     memset(world->work.hit, 0, (size_t)island->contacts);
     for (int32_t i = 0; i < island->contacts; i++)
         world->work.came[i] +=
-            share * perp__normal_velocity(world,
-                                          perp__island_contact(world, world->island_set, island, i),
-                                          PERP__TWIST_SHIFT);
+            share *
+            perp__normal_velocity(world, perp__step_contact(world, island, i), PERP__TWIST_SHIFT);
 }
 
 /* Limits that are passed take part now; returns how many came. *allowed: what joints may lack. */
@@ -143,7 +144,7 @@ perp_status perp__close_island(perp_world *world, const perp__island *island, do
             return status;
         go_there(world, island, 1.0);
         left = perp__island_errors(world, island);
-        sunk = held < 0 ? 0 : shut_contacts(world, island);
+        sunk = held < 0 ? 0 : shut_contacts(world, island, t > 0.0);
         came = shut_limits(world, island, &allowed);
         while (!(left < error) && came + sunk == 0 && share > SHORTEST) {
             share *= 0.5;

@@ -155,22 +155,17 @@ int32_t perp__has_direction(const perp__joint_view *view);
  * lets no island gain energy, also one of contacts alone. *changed: next states are others. */
 perp_status perp__end_islands(perp_world *world, int32_t *changed);
 
-/* The most that the island's motors can do in a step; infinite of those whose force is. */
-double perp__work_of_motors(const perp_world *world, const perp__island *island);
-
-/* What the step gave it beyond the work of forces and motors, as seen by what it is tied to. */
-double perp__energy_given(const perp_world *world, const perp__island *island);
-
-/* Takes out what joints lack then, and what that gives an island beside what it was given before.
- */
-perp_status perp__close_again(perp_world *world, const perp__island *island, double given);
+/* Beyond the work of forces, as what it is tied to sees it; -INFINITY where that is several. */
+double perp__energy_gained(const perp_world *world, const perp__island *island, double *rounding);
+/* What ways left by their turns; with no more energy than `gained` and what the step left. */
+perp_status perp__close_joints(perp_world *world, const perp__island *island, double gained);
 /* The sum of what joints lack, as lengths, 0 where that is rounding; and of an island. */
 double perp__joint_errors(const perp_world *world);
 double perp__island_errors(const perp_world *world, const perp__island *island);
 /* A row of the next positions, its sign and what it lacks. */
 void perp__write_row(const perp_world *world, const int32_t body[2], const double row[2][6],
                      double error, double sign, perp__rigid_rows *rows);
-/* Rows of what: limits passed, what lacks, both, velocities along them, these but for repeats. */
+/* Rows of what: limits, what lacks, both, velocities along them, these but for repeats. */
 typedef enum perp__row_kind {
     PERP__ROWS_OF_LIMITS,
     PERP__ROWS_OF_ERRORS,
@@ -186,7 +181,7 @@ void perp__pose_positions(perp_world *world, const perp__island *island, perp__r
  * they leave no way without any; as long as any does. The set's contacts are those of t ago. */
 perp_status perp__close_island(perp_world *world, const perp__island *island, double t,
                                int32_t *changed);
-/* Rows of the joints after those of the overlaps. */
-void perp__add_joint_errors(perp_world *world, const perp__island *island);
+/* Rows of the joints after those of the overlaps: limits within `reach`, and equations. */
+void perp__add_joint_errors(perp_world *world, const perp__island *island, double reach);
 
 #endif

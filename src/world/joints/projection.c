@@ -21,6 +21,12 @@ static double tolerance_of(const perp__joint_view *view, double most, int32_t is
     return is_length ? fmax(most * view->size, view->rounding) : most;
 }
 
+/* Of a limit, what a unit of its coordinate moves. */
+static double length_of(const perp__joint *joint, const perp__joint_view *view)
+{
+    return joint->kind == PERP_JOINT_REVOLUTE || joint->kind == PERP_JOINT_SCREW ? view->size : 1.0;
+}
+
 /* What joint i lacks in the next states, of equations and limits. A sum of lengths, in which what
  * is rounding does not count. */
 static double error_of(const perp_world *world, perp__joint *joint)
@@ -106,10 +112,11 @@ static int32_t has_row(const perp_world *world, const perp__joint *joint, int32_
            !(which == PERP__ROWS_NOT_SPARE && joint->spare[k]);
 }
 
-/* Rows of the island's joints in the next states: limits that they are beyond; or equations, equal
- * limits being one, with their errors, alone or with all limits that they were beyond since these
- * were opened, or with what bodies that move as they are told make of them. */
-static void add_rows(perp_world *world, const perp__island *island, perp__row_kind which)
+/* Rows of the island's joints in the next states: limits within `reach`; or equations, equal limits
+ * being one, with their errors, alone or with all limits that they were beyond since these were
+ * opened, or with what bodies that move as they are told make of them. */
+static void add_rows(perp_world *world, const perp__island *island, perp__row_kind which,
+                     double reach)
 {
     perp__island_work *work = &world->work;
 
@@ -127,7 +134,7 @@ static void add_rows(perp_world *world, const perp__island *island, perp__row_ki
                                     : (k == PERP__SLOT_LOCK ? -beyond[0] : view->error[k]),
                                 1.0, &work->rows[work->units++]);
         for (int32_t k = 0; k < 2 && !perp__is_locked(state) && perp__has_direction(view); k++)
-            if (which == PERP__ROWS_OF_LIMITS ? beyond[k] > 0.0
+            if (which == PERP__ROWS_OF_LIMITS ? length_of(joint, view) * -beyond[k] < reach
                                               : which == PERP__ROWS_OF_CLOSING && joint->closing[k])
                 perp__write_row(world, joint->body, view->rows[PERP__JOINT_ROWS],
                                 k == 0 ? -beyond[0] : beyond[1], k == 0 ? 1.0 : -1.0,
@@ -135,14 +142,14 @@ static void add_rows(perp_world *world, const perp__island *island, perp__row_ki
     }
 }
 
-void perp__add_joint_errors(perp_world *world, const perp__island *island)
+void perp__add_joint_errors(perp_world *world, const perp__island *island, double reach)
 {
     perp__island_work *work = &world->work;
 
     work->units = work->count;
-    add_rows(world, island, PERP__ROWS_OF_LIMITS);
+    add_rows(world, island, PERP__ROWS_OF_LIMITS, reach);
     work->inequalities = work->units;
-    add_rows(world, island, PERP__ROWS_OF_ERRORS);
+    add_rows(world, island, PERP__ROWS_OF_ERRORS, 0.0);
 }
 
 /* Mass 1, and the inertia of a sphere of the body's size; its own, over its mass, of a body without
@@ -180,10 +187,10 @@ void perp__pose_positions(perp_world *world, const perp__island *island, perp__r
     work->set_up = 0;
     for (int32_t i = 0; i < island->contacts && which == PERP__ROWS_OF_CLOSING; i++)
         if (work->hit[i])
-            perp__write_normal(world, perp__island_contact(world, world->island_set, island, i),
+            perp__write_normal(world, perp__step_contact(world, island, i),
                                fmax(work->gap[i], 0.0) + work->came[i], &work->rows[work->units++]);
     work->count = work->inequalities = work->units;
-    add_rows(world, island, which);
+    add_rows(world, island, which, 0.0);
 }
 
 /* ---- velocities ---- */
@@ -227,8 +234,8 @@ static int32_t are_on_joints(const perp_world *world, const perp__island *island
 
 /* ---- energy ---- */
 
-/* One of the speed 0 takes energy, as friction does. */
-double perp__work_of_motors(const perp_world *world, const perp__island *island)
+/* The most that motors can do in a step. One of the speed 0 takes energy, as friction does. */
+static double work_of_motors(const perp_world *world, const perp__island *island)
 {
     double sum = 0.0;
 
@@ -268,8 +275,7 @@ static void velocity_to_keep(const perp_world *world, const perp__island *island
     for (int32_t k = 0; k < 2 * island->joints && ways > 0; k++)
         ways *= perp__is_dynamic(world, perp__island_joint(world, island, k / 2)->body[k % 2]);
     for (int32_t i = 0; i < island->contacts && ways > 0; i++) {
-        const perp__world_contact *contact =
-            perp__island_contact(world, world->island_set, island, i);
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
         const double *n = contact->axes[0];
 
         if (perp__is_dynamic(world, contact->body_a) && perp__is_dynamic(world, contact->body_b))
@@ -325,20 +331,31 @@ static void take_energy(perp_world *world, const perp__island *island, double ex
     }
 }
 
-double perp__energy_given(const perp_world *world, const perp__island *island)
+double perp__energy_gained(const perp_world *world, const perp__island *island, double *rounding)
 {
-    double lost = 0.0, frame[3];
+    double gained = 0.0, frame[3];
 
+    *rounding = 0.0;
     if (!perp__find_frame(world, island, frame))
-        return 0.0;
+        return -INFINITY;
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
 
-        if (!perp__stays(world, body))
-            lost +=
-                perp__energy_lost(world, body, frame) + perp__energy_rounding(world, body, frame);
+        if (!perp__stays(world, body)) {
+            gained -= perp__energy_lost(world, body, frame);
+            *rounding += perp__energy_rounding(world, body, frame);
+        }
     }
-    return lost < 0.0 ? fmax(-lost - perp__work_of_motors(world, island), 0.0) : 0.0;
+    return gained;
+}
+
+/* The same beyond what motors can do, and of what is left of that what is not rounding. */
+static double energy_given(const perp_world *world, const perp__island *island)
+{
+    double rounding, given = perp__energy_gained(world, island, &rounding);
+
+    given -= work_of_motors(world, island);
+    return given > 0.0 ? fmax(given - rounding, 0.0) : given;
 }
 
 /* More than all that moves came from the way, as far as velocities were solved: then bodies stay
@@ -360,7 +377,7 @@ static int32_t keep_energy(perp_world *world, const perp__island *island, double
         perp__copy3(world->next[body].velocity, now.velocity);
         perp__copy3(world->next[body].angular_velocity, now.angular_velocity);
     }
-    take_energy(world, island, stays ? perp__energy_given(world, island) : given);
+    take_energy(world, island, stays ? fmax(energy_given(world, island), 0.0) : given);
     return stays;
 }
 
@@ -448,7 +465,7 @@ static double take_from_turns(perp_world *world, const perp__island *island, int
 
     for (int32_t i = 0; i < island->bodies; i++)
         sum += turn_gave(world, world->body_order[island->first_body + i], all);
-    share = fmin(perp__energy_given(world, island) / sum, 1.0);
+    share = fmin(energy_given(world, island) / sum, 1.0);
     for (int32_t i = 0; i < island->bodies && share > 0.0; i++) {
         const int32_t body = world->body_order[island->first_body + i];
         const double gave = turn_gave(world, body, all), spin = turn_gave(world, body, 1);
@@ -456,7 +473,7 @@ static double take_from_turns(perp_world *world, const perp__island *island, int
         for (int32_t k = 0; k < 3 && gave > 0.0; k++)
             world->next[body].angular_velocity[k] *= sqrt(1.0 - share * gave / spin);
     }
-    return perp__energy_given(world, island);
+    return energy_given(world, island);
 }
 
 /* Impulses give less, all in one ratio 1 - t, where the energy of what they make of velocities is
@@ -532,11 +549,9 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed)
         const perp__island *island = &world->islands[i];
         int32_t closed = 0;
 
-        if (island->joints > 0)
-            status = perp__close_island(world, island, world->step_length, &closed);
-        if (island->joints > 0 && status == PERP_OK &&
-            perp__island_motion(world, island, 0)->verdict.swings)
-            status = end_swing(world, island);
+        status = perp__close_island(world, island, world->step_length, &closed);
+        if (perp__island_motion(world, island, 0)->verdict.swings)
+            PERP__THEN(status, end_swing(world, island));
         if (closed)
             place_again(world, island);
         *changed |= closed;
@@ -545,8 +560,10 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed)
     PERP__THEN(status, perp__build_islands(world, &world->contacts, 1));
     for (int32_t i = 0; i < world->island_count && status == PERP_OK; i++) {
         const perp__island *island = &world->islands[i];
-        double given = perp__energy_given(world, island);
+        double given = energy_given(world, island);
 
+        for (int32_t k = 0; k < island->bodies; k++)
+            perp__island_motion(world, island, k)->unspent = fmax(-given, 0.0) / island->bodies;
         *changed |= given > 0.0;
         given = given > 0.0 ? take_given(world, island) : 0.0;
         if (given > 0.0 && keep_energy(world, island, given)) {
@@ -557,18 +574,16 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed)
     return status;
 }
 
-/* Closes what the ways out of overlaps left by their turns. Those had no more energy than the step
- * lost; of bodies that joints take far, closing may not have it either. What the island was `given`
- * before came from others that the step joins to it. */
-perp_status perp__close_again(perp_world *world, const perp__island *island, double given)
+perp_status perp__close_joints(perp_world *world, const perp__island *island, double gained)
 {
-    int32_t changed = 0, far = 0;
-    perp_status status = perp__close_island(world, island, 0.0, &changed);
+    double rounding;
+    int32_t changed = 0;
+    const perp_status status = perp__close_island(world, island, 0.0, &changed);
 
-    for (int32_t k = 0; k < island->bodies; k++)
-        far |= world->roles[world->body_order[island->first_body + k]].far;
-    if (status == PERP_OK && far && !perp__has_put(world, island) &&
-        perp__energy_given(world, island) > given)
-        take_energy(world, island, perp__energy_given(world, island) - given);
+    for (int32_t i = 0; i < island->bodies; i++)
+        gained += perp__island_motion(world, island, i)->unspent;
+    gained = perp__energy_gained(world, island, &rounding) - gained;
+    if (gained > rounding && !perp__has_put(world, island))
+        take_energy(world, island, gained - rounding);
     return status;
 }
