@@ -206,7 +206,11 @@ static void test_jam(void **state)
 {
     const approach fast = {2, 25 * MACHINE_PI / 180, 3, -8},
                    rough = {2.6, 27.6 * MACHINE_PI / 180, 2.44, -11.9},
-                   smooth = {1.6, 33 * MACHINE_PI / 180, 1.3, -6.8};
+                   smooth = {1.6, 33 * MACHINE_PI / 180, 1.3, -6.8},
+                   light[] = {{1.981, 28.81 * MACHINE_PI / 180, 1.552, -7.526},
+                              {2.41, 29.74 * MACHINE_PI / 180, 2.195, -8.548},
+                              {1.899, 23.03 * MACHINE_PI / 180, 3.032, -4.495},
+                              {2.89, 23.9 * MACHINE_PI / 180, 4.15, -6.224}};
     double error;
     slide s;
 
@@ -221,6 +225,8 @@ static void test_jam(void **state)
     }
     check_end(&rough, 1e-6, 0);
     check_end(&smooth, 1e-6, 0);
+    for (size_t i = 0; i < sizeof light / sizeof *light; i++) /* their loads fall to 0 with p */
+        check_end(&light[i], 1e-6, 0);
 }
 
 /* What was compressed expands. */

@@ -31,12 +31,11 @@ static double find_jump(perp_mechanism *m, perp__adaptive *a, int32_t j)
     double change = 0.0;
 
     perp__sliding_inertia(m, j, speed);
-    memcpy(a->difference, m->work, (size_t)m->n * sizeof *a->difference);
     for (int32_t i = 0; i < m->tangents[j]; i++)
-        change += perp__row_times(m, &m->begin, m->tangent[j] + i, 0.0, a->difference) * u[i];
+        change += perp__row_times(m, &m->begin, m->tangent[j] + i, 0.0, m->work) * u[i];
     change = change < 0.0 ? -speed * speed / change : 0.0;
     for (int32_t i = 0; i < m->n; i++)
-        a->difference[i] *= change;
+        a->difference[i] = change * m->work[i];
     return change;
 }
 
@@ -44,25 +43,25 @@ perp_status perp__adaptive_look_for_jam(perp_mechanism *m, perp__adaptive *a, do
 {
     /* where in a step p is that of its geometry, a share */
     const double ahead = m->settings.scheme == PERP_MECHANISM_THETA ? 1.0 - m->settings.theta : 0.0;
-    double first = INFINITY;
+    double first = INFINITY, size, late;
+    int32_t lets_go = 0;
     perp_status status;
 
-    /* 1. the first contact that comes to p = 0 in the step, and has not let go before */
+    /* 1. the first contact that comes to p = 0 in the step, and whether it lets go before */
     for (int32_t j = 0; j < m->contacts; j++) {
         const double p = a->inertia[0][j], p_1 = a->inertia[1][j], p_2 = a->inertia[2][j];
         const double start = ahead > 0.0 ? p_1 + (p_1 - p) : p_1;
         const double slope = isfinite(p_2) ? p_2 - p_1 : (p - p_1) / ahead;
         const double when = 0.5 * h * (ahead - p_1 / slope);
-        const int32_t row = m->starts[j];
+        const double *r = m->half.r + m->starts[j], *end = m->next.r + m->starts[j];
 
-        if (!(start > 0.0) || !(slope < 0.0) || (when > 0.5 * h * ahead && m->half.u[row] > 0.0) ||
-            (when > 0.5 * h * (1.0 + ahead) &&
-             (m->next.u[row] > 0.0 || (m->next.r[row] > 0.0 && m->next.r[row] < m->half.r[row]))))
+        if (!(start > 0.0) || !(slope < 0.0) || !(when <= h && when < first))
             continue;
-        if (when <= h && when < first) {
-            first = when;
-            a->jam = j;
-        }
+        first = when;
+        a->jam = j;
+        lets_go = (when > 0.5 * h * ahead && m->half.u[m->starts[j]] > 0.0) ||
+                  (when > 0.5 * h * (1.0 + ahead) &&
+                   (m->next.u[m->starts[j]] > 0.0 || (*end > 0.0 && *end < *r)));
     }
     if (a->jam >= 0 && a->event.late > 0.0 && a->event.after <= first)
         a->jam = -1; /* something else comes before it */
@@ -75,12 +74,12 @@ perp_status perp__adaptive_look_for_jam(perp_mechanism *m, perp__adaptive *a, do
         for (int32_t i = 0; i < m->n; i++)
             a->difference[i] = m->next.v[i] - m->now.v[i];
     status = perp__evaluate_rate(m, a->rate, m->next.q, a->difference);
-    a->event.late = h - first;
-    a->event.after = first;
-    a->event.impact = 1;
-    a->event.error =
-        status == PERP_OK ? a->event.late * perp__adaptive_beside(m, a->rate, a->scale) : 0.0;
-    a->error = fmax(a->error, a->event.error);
+    size = status == PERP_OK ? perp__adaptive_beside(m, a->rate, a->scale) : 0.0;
+    late = lets_go && !(h * size <= m->settings.error) ? h : h - first;
+    a->error = fmax(a->error, late * size);
+    if (late > h - first) /* whether b or p is 0 first is told by a shorter step */
+        return status;
+    a->event = (perp__event){.late = late, .error = late * size, .after = first, .impact = 1};
     return status;
 }
 
