@@ -248,7 +248,7 @@ static void test_needles_gain_nothing(void **state)
  * before in the bar's and the beads' places of memory: discs of 200 m, removed since. */
 static void chain(double apart, double ends[][2])
 {
-    enum { BEADS = 10 }; /* so that the places are no others */
+    enum { BEADS = 10 }; /* bodies that fit the memory that is there */
     const double bar = 0.5, bead = 0.02, round = bar + bead;
     perp_body_settings settings = scene_defaults();
     perp_body large[2], last = 0;
