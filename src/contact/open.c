@@ -191,7 +191,7 @@ static perp_status open(perp_contact_solver *solver, perp_contact_step *s,
 perp_status perp__contact_open(perp_contact_solver *solver, perp_contact_step *s)
 {
     perp__contact_opening *own = &solver->opening;
-    const int32_t size = own->size, whole = own->whole;
+    const int32_t size = own->size, whole = own->whole, n = own->n;
     int32_t made = 1;
     perp_status status;
 
@@ -202,8 +202,9 @@ perp_status perp__contact_open(perp_contact_solver *solver, perp_contact_step *s
     own->whole = solver->size;
     own->n = s->n;
     status = perp__arena_fit(&own->arena, solver->context, lay_out, own);
-    if (status == PERP_OK &&
-        (own->size != size || own->whole != whole)) /* the last answer is gone */
+    if (status != PERP_OK)
+        own->n = -1;
+    else if (own->size != size || own->whole != whole || own->n != n) /* no last answer is there */
         memset(own->opened, 0, (size_t)own->whole * sizeof *own->opened);
     if (!solver->problem.W) /* for this once: methods choose by whether it is there */
         PERP__THEN(status, perp__delassus_of_bodies(&solver->delassus, solver->context,

@@ -200,13 +200,14 @@ static perp_status step(perp__newton *f, void *own)
     perp_status moved;
 
     perp__newton_follow_path(f);
-    do {
-        moved = perp__newton_by_direction(f);
-        if (moved != 0 || !perp__ncp_sharpen(r->model))
-            break;
+    moved = perp__newton_by_direction(f);
+    while (moved == 0 && perp__ncp_sharpen(r->model)) {
         moved = perp__ncp_update_jacobian(r);
-    } while (moved == PERP_OK);
-    return moved < 0 || moved == 1 ? moved : perp__newton_descend(f);
+        if (moved != PERP_OK)
+            return moved < 0 ? moved : 0; /* F is not defined around */
+        moved = perp__newton_by_direction(f);
+    }
+    return moved != 0 ? moved : perp__newton_descend(f);
 }
 
 perp_status perp__ncp_fischer(perp__ncp_run *r)

@@ -180,6 +180,7 @@ int32_t perp__start_motion(perp_world *world, int32_t body, double h)
     motion->spare = INFINITY;
     role->island = -1;
     role->touched = role->jointed = role->swept = role->far = role->put = 0;
+    memset(motion->shift, 0, sizeof motion->shift); /* of what stays where it is, too */
     motion->unspent = 0.0;
     memset(&motion->verdict, 0, sizeof motion->verdict);
     return perp__is_finite3(motion->free) && perp__is_finite3(motion->free + 3);

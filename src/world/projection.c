@@ -22,7 +22,7 @@
 /* Overlaps of the next states; of what is swept, deeper ones than the level lets a motion make. */
 static void find_overlaps(perp_world *world, perp__share *share, double h)
 {
-    const double deep = perp__level_of(world)->deep;
+    const double deep = fmax(perp__level_of(world)->deep, PERP__IN_PLACE);
     perp__point points[PERP__MAX_POINTS];
 
     (void)h;

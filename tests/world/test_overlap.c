@@ -5,6 +5,7 @@
 #include "suite.h"
 
 #include "gen.h"
+#include "world/joint_scene.h"
 #include "world/scene.h"
 
 /* Bricks of these half extents: their size in collisions, that of the spheres about two, is 0.31.
@@ -243,9 +244,69 @@ static void test_needles_gain_nothing(void **state)
     }
 }
 
+/* A chain of light beads that a load pulls over a bar has the same bits whatever was pushed how far
+ * before in the bar's and the beads' places of memory: discs of 200 m, removed since. */
+static void chain(double apart, double ends[][2])
+{
+    enum { BEADS = 10 }; /* bodies that fit the memory that is there */
+    const double bar = 0.5, bead = 0.02, round = bar + bead;
+    perp_body_settings settings = scene_defaults();
+    perp_body large[2], last = 0;
+    scene s;
+
+    scene_open(&s, 1, 0.0, -9.81, 0.0);
+    for (int32_t i = 0; i < 2; i++) {
+        settings.position[0] = apart * i;
+        large[i] = scene_add(&s, &settings);
+        scene_sphere(&s, large[i], 100.0, 0.0, 0.0);
+    }
+    scene_step(&s, 0.01);
+    for (int32_t i = 0; i < 2; i++)
+        SCENE_OK(&s, perp_world_remove_body(s.world, large[i]));
+    settings.position[0] = 0.0;
+    settings.kind = PERP_BODY_STATIC;
+    scene_sphere(&s, scene_add(&s, &settings), bar, 0.0, 0.0);
+    settings.kind = PERP_BODY_DYNAMIC;
+    for (int32_t i = 0; i <= BEADS + 1; i++) { /* from one side over the bar; then the load */
+        const double angle = acos(-1.0) * (1.0 - fmin(i, BEADS) / BEADS);
+        perp_body body;
+
+        settings.mass = i <= BEADS ? 1e-3 : 1.0;
+        settings.position[0] = round * cos(angle);
+        settings.position[1] = round * sin(angle) - (i <= BEADS ? 0.0 : 0.3);
+        body = scene_add(&s, &settings);
+        scene_sphere(&s, body, i <= BEADS ? bead : 0.1, 0.0, 0.0);
+        if (i > 0) {
+            perp_joint_settings link = joint_at(PERP_JOINT_DISTANCE, 0.0, 0.0, 0.0);
+            const perp_body_state other = scene_state(&s, last);
+
+            memcpy(link.anchor, other.position, sizeof link.anchor);
+            memcpy(link.anchor_b, settings.position, sizeof link.anchor_b);
+            joint_add(&s, last, body, &link);
+        }
+        last = body;
+    }
+    for (int32_t k = 0; k < 30; k++) {
+        scene_step(&s, 0.01);
+        memcpy(ends[k], scene_state(&s, last).position, sizeof ends[k]);
+    }
+    scene_close(&s);
+}
+
+static void test_removed_bodies_leave_nothing(void **state)
+{
+    double after[30][2], fresh[30][2];
+
+    (void)state;
+    chain(198.0, after);
+    chain(300.0, fresh);
+    assert_memory_equal(after, fresh, sizeof after);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_removed_bodies_leave_nothing),
         cmocka_unit_test(test_bricks_that_tumble),
         cmocka_unit_test(test_dominoes_gain_nothing),
         cmocka_unit_test(test_needles_gain_nothing),

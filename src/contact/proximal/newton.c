@@ -14,7 +14,7 @@
 #include "contact/law.h"
 #include "contact/proximal/proximal.h"
 
-/* Whose inverse is that ridge beside a unit diagonal; and from which on solutions are refined. */
+/* The largest rho, which leaves PERP__RIDGE; and that from which on solutions are refined. */
 #define MOST_RHO (1.0 / PERP__RIDGE)
 #define REFINED (PERP__FIRST_RHO * PERP__WARM_RHO)
 #define SLOW 0.7

@@ -4,8 +4,6 @@
 #include "lcp/fischer/fischer.h"
 
 #include <float.h>
-#include <math.h>
-#include <string.h>
 
 #include "base/clock.h"
 

@@ -13,7 +13,6 @@
  * Newton's step for Phi is made instead. */
 #include <float.h>
 #include <math.h>
-#include <string.h>
 
 #include "lcp/fischer/fischer.h"
 

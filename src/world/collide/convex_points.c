@@ -4,8 +4,6 @@
 #include "base/rounding.h"
 #include "world/collide/polytope.h"
 
-#include <float.h>
-
 #include "linalg/spatial.h"
 
 /* A face's corners, and one more for each line that cuts it. */

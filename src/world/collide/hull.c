@@ -19,7 +19,7 @@ typedef struct triangle {
     int32_t face;
     double normal[3];
     double offset;
-    double area; /* twice that */
+    double area; /* twice the triangle's */
 } triangle;
 
 typedef struct work {

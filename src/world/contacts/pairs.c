@@ -455,7 +455,6 @@ static perp_status enclose_all(perp_world *world, const int32_t *bodies, int32_t
 
     for (int32_t i = 0; i < count && status == PERP_OK; i++) {
         perp__motion *motion = &world->motions[bodies[i]];
-
         const int32_t widens = ways > 0.0 && perp__is_dynamic(world, bodies[i]);
 
         if (ways > 0.0 || !motion->enclosed)
