@@ -11,8 +11,8 @@
 #include "linalg/blas.h"
 #include "linalg/matrix.h"
 
-#define PERP__MOST_RAYS 10000
-/* Comparisons of two rays with a third: seconds. */
+/* Comparisons of two rays with a third: seconds. Each new ray is compared with all others, so that
+ * there are no more than its root or so. */
 #define PERP__MOST_EFFORT 1e9
 static const double tolerance = 1e-9;
 
@@ -180,8 +180,6 @@ static perp_status combine(perp__cone *cone, int32_t at, int32_t a, int32_t b, i
     perp_status status;
     double *x;
 
-    if (at >= PERP__MOST_RAYS)
-        return PERP__CONE_TOO_LARGE;
     status = reserve(cone, at + 1);
     if (status != PERP_OK)
         return status;

@@ -30,8 +30,7 @@ enum { PERP__CONE_TOO_LARGE = 1 };
 perp_status perp__cone_fit(perp__cone *cone, int32_t rows, int32_t dimension);
 
 /* Row 0 must not be zero. Finds rays and lines with {x} = {sum of rays with factors >= 0, and of
- * lines with any}. PERP_OK, PERP_ERROR_MEMORY, or PERP__CONE_TOO_LARGE where there are more than
- * 10000 rays on the way, or it takes seconds. */
+ * lines with any}. PERP_OK, PERP_ERROR_MEMORY, or PERP__CONE_TOO_LARGE where it takes seconds. */
 perp_status perp__cone_enumerate(perp__cone *cone);
 
 void perp__cone_release(perp__cone *cone);

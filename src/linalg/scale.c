@@ -16,9 +16,6 @@
 
 enum { LARGEST = 511, UNSET = -1, UNSET_OTHER = -2, DONE = -3, NO_ENTRY = INT32_MIN };
 
-/* Rounds of balancing; each halves what is left of the exponents. */
-#define ROUNDS 16
-
 static int32_t clamp(int32_t e)
 {
     return e > LARGEST ? LARGEST : e < -LARGEST ? -LARGEST : e;
@@ -191,20 +188,24 @@ static void find_largest(const perp__matrix *M, const int32_t *exponents, int32_
     }
 }
 
-/* Rounds of Ruiz' equilibration of the rows that are free, and of those that show noise. */
+/* Rounds of Ruiz' equilibration of the rows that are free, and of those that show noise. They end:
+ * each halves what is positive of the largest exponents, and then what is negative, without making
+ * others positive again. */
 static void balance(const perp__matrix *M, int32_t *free, int32_t *exponents, int32_t *largest)
 {
-    int32_t round, i, changed = 1;
+    int32_t changed = 1;
 
-    for (round = 0; round < ROUNDS && changed; round++) {
+    while (changed) {
         find_largest(M, exponents, largest);
         changed = 0;
-        for (i = 0; i < M->rows; i++) {
+        for (int32_t i = 0; i < M->rows; i++) {
+            const int32_t before = exponents[i];
+
             free[i] |= largest[i] >= PERP__NOISE;
-            if (!free[i] || largest[i] == NO_ENTRY || largest[i] / 2 == 0)
+            if (!free[i] || largest[i] == NO_ENTRY)
                 continue;
-            exponents[i] = clamp(exponents[i] - largest[i] / 2);
-            changed = 1;
+            exponents[i] = clamp(before - largest[i] / 2);
+            changed |= exponents[i] != before;
         }
     }
 }

@@ -2,6 +2,7 @@
 #ifndef PERP_LINALG_SCALE_H
 #define PERP_LINALG_SCALE_H
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -11,8 +12,9 @@
  * diagonal or the coupling that gave the row its scale, is noise beside it. */
 #define PERP__NOISE 40
 
-/* Products below this have lost digits, or all, to underflow: nothing is proved by them. */
-#define PERP__LEAST_PRODUCT 0x1p-960
+/* Products below this, over half of an epsilon the least normal number, may have lost digits to
+ * underflow, or all: what they round to is no number there. Nothing is proved by them. */
+#define PERP__LEAST_PRODUCT (DBL_MIN / (DBL_EPSILON / 2.0))
 
 /* Finds e with S = D M D, D = diag(2^e_i):
  * - a row with M_ii > 0: S_ii in [1/2, 2) (e_i depends on M_ii alone, so that scaling row and

@@ -20,9 +20,6 @@
 #include "base/context.h"
 #include "contact/law.h"
 
-/* Stiffness of the sweeps that Newton's method starts from. */
-#define SECOND_RHO 30.0
-
 /* Who asks for less than this, or for this method, has what a few more steps give, down to
  * rounding. */
 #define SHARP 1e-9
@@ -114,7 +111,7 @@ static void run_first(perp__proximal *s, const perp__proximal_part *part, int32_
             s->x[i] = 0.0;
         perp__proximal_split_run(s, part, PERP__FIRST_RHO, SWEEPS);
         if (perp__proximal_goes_on(s, s->tol))
-            perp__proximal_split_run(s, part, SECOND_RHO, SWEEPS);
+            perp__proximal_split_run(s, part, PERP__CENTRE_RHO, SWEEPS);
         if (perp__proximal_goes_on(s, s->aim))
             perp__proximal_newton_run(
                 s, part, s->best_residual <= s->tol ? PERP__WARM_RHO : PERP__CENTRE_RHO, STEPS,
@@ -133,7 +130,7 @@ static void run_part(perp__proximal *s, const perp__proximal_part *part,
                      perp__contact_iterate *iterate)
 {
     /* the stiffness that does best differs from pile to pile */
-    static const double rho[] = {PERP__FIRST_RHO, SECOND_RHO, PERP__FIRST_RHO, 1.0};
+    static const double rho[] = {PERP__FIRST_RHO, 1.0};
     const perp__contact_problem *problem = s->common.problem;
     const int32_t steps = part->last_row - part->row > MANY ? FEW_STEPS : MORE_STEPS;
     const int32_t patience = problem->chosen ? steps : FEW_STEPS, newton = !s->splits;
@@ -154,7 +151,7 @@ static void run_part(perp__proximal *s, const perp__proximal_part *part,
     /* 2. Alternating directions alone; or Newton's method: a second attempt goes on from where
      * the first has come to, the first from a start, or begins without impulses. */
     for (int32_t k = 0; s->splits && perp__proximal_goes_on(s, s->tol); k++)
-        perp__proximal_split_run(s, part, rho[k % 4], k < 2 ? SWEEPS : LONG_SWEEPS);
+        perp__proximal_split_run(s, part, rho[k % 2], k < 2 ? SWEEPS : LONG_SWEEPS);
     if (newton && iterate->attempt == 0 && perp__proximal_goes_on(s, s->tol))
         run_first(s, part, iterate->given);
     else if (newton && perp__proximal_goes_on(s, s->tol))

@@ -22,8 +22,8 @@
 #include "contact/method.h"
 #include "linalg/fronts/fronts.h"
 
-/* Stiffness of the first sweeps, of Newton's first centre, and of that from where an answer is
- * near: each as much more. */
+/* Stiffness of the first sweeps, of the next and of Newton's first centre, and of that from where
+ * an answer is near: each as much more. */
 #define PERP__FIRST_RHO 10.0
 #define PERP__CENTRE_RHO (PERP__FIRST_RHO * PERP__FIRST_RHO)
 #define PERP__WARM_RHO (PERP__FIRST_RHO * PERP__CENTRE_RHO)

@@ -5,13 +5,17 @@
 #ifndef PERP_LINALG_MULTIGRID_H
 #define PERP_LINALG_MULTIGRID_H
 
+#include <limits.h>
+
 #include "base/clock.h"
 #include "linalg/fronts/fronts.h"
 #include "linalg/matrix.h"
 
 /* Of fewer rows a factorisation costs next to nothing. */
 #define PERP__COARSEST 100
-#define PERP__LEVELS 24
+/* Most coarser levels have less than half as many rows: what has more levels than a count of rows
+ * has bits ends there. */
+#define PERP__LEVELS ((int32_t)(CHAR_BIT * sizeof(int32_t)))
 /* Conjugate gradient steps: as many take about as long as a factorisation. */
 #define PERP__STEPS 80
 

@@ -14,8 +14,8 @@
 
 /* A pivot below this, beside the largest entry of an equilibrated system, is 0. */
 #define PERP__ACCELERATION_SINGULAR (PERP__SINGULAR * PERP__NOTHING)
-/* Pivots from directions that an iteration gives, which are worth less. */
-#define PERP__ROUGH_DIRECTIONS 1e-6
+/* Pivots from directions that an iteration gives: of a double solution half of the digits. */
+#define PERP__ROUGH_DIRECTIONS sqrt(PERP__NOTHING)
 #define PERP__MOST_CONTACTS 12
 
 typedef struct perp__element {

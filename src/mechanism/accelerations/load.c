@@ -19,8 +19,8 @@
 
 /* A box of this size that is not settled holds an answer that two branches share, or nearly. */
 #define MOST_BOXES 200000
-/* Halves of one coordinate, so that boxes do not outgrow their room. */
-#define HALVES 24
+/* Halves of one coordinate: what is known of a double answer is half of the digits. */
+#define HALVES (DBL_MANT_DIG / 2)
 #define SMALLEST ldexp(1.0, 2 - HALVES)
 #define CONTRACTION 0.5
 
