@@ -49,7 +49,7 @@ static void find_overlaps(perp_world *world, perp__share *share, double h)
  * what turns freely. */
 static double deepest(perp_world *world)
 {
-    const double lack = perp__joint_errors(world);
+    const double lack = world->joint_count > 0 ? perp__joint_errors(world) : 0.0;
     const int32_t lanes = perp__share_out(world, world->pair_count, find_overlaps, 0.0);
     perp__share all = {0};
     double most = 0.0;

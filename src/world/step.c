@@ -132,7 +132,8 @@ static int32_t commit(perp_world *world, int32_t included)
     world->first_orphan = -1;
     world->orphan_count = 0;
     perp__remember(world);
-    perp__keep_joints(world);
+    if (world->joint_count > 0)
+        perp__keep_joints(world);
     world->last = world->contacts;
     world->last_included = included;
     world->contacts = last;
@@ -201,7 +202,7 @@ static perp_status try_step(perp_world *world, perp_step_result *result, perp_wo
         perp__island_motion(world, &world->islands[i], 0)->verdict.leads = 1;
     stats->rows_normal = stats->contacts;
     stats->joints = world->joint_count;
-    stats->rows_joint = perp__count_joint_rows(world);
+    stats->rows_joint = world->joint_count > 0 ? perp__count_joint_rows(world) : 0;
     report(world, &summary, stats, result);
     if (!result->advanced)
         return PERP_OK;
@@ -211,7 +212,8 @@ static perp_status try_step(perp_world *world, perp_step_result *result, perp_wo
     PERP__THEN(status, perp__project_overlaps(world, &changed));
     if (status == PERP_OK && changed)
         status = perp__check_range(world, perp__find_infinite(world));
-    PERP__THEN(status, perp__check_joints(world));
+    if (status == PERP_OK && world->joint_count > 0)
+        status = perp__check_joints(world);
     add_time(world, clock, &stats->seconds_project);
     /* 4. What is left of the laws where impulses were taken back. */
     perp__raise_to(&summary.residual, world->scaled);

@@ -354,7 +354,8 @@ static double energy_given(const perp_world *world, const perp__island *island)
 {
     double rounding, given = perp__energy_gained(world, island, &rounding);
 
-    given -= work_of_motors(world, island);
+    if (island->joints > 0)
+        given -= work_of_motors(world, island);
     return given > 0.0 ? fmax(given - rounding, 0.0) : given;
 }
 
@@ -549,6 +550,8 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed)
         const perp__island *island = &world->islands[i];
         int32_t closed = 0;
 
+        if (island->joints == 0)
+            continue;
         status = perp__close_island(world, island, world->step_length, &closed);
         if (perp__island_motion(world, island, 0)->verdict.swings)
             PERP__THEN(status, end_swing(world, island));
