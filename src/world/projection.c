@@ -275,7 +275,7 @@ perp_status perp__project_overlaps(perp_world *world, int32_t *changed)
     double depth = 0.0;
     perp_status status = perp__end_islands(world, changed);
 
-    PERP__THEN(status, perp__enclose_places(world, 0.0));
+    PERP__THEN(status, perp__enclose(world, world->lively, world->lively_count, 0.0, 0.0));
     if (status == PERP_OK && !world->awake_changed)
         depth = deepest(world);
     if (status != PERP_OK || depth == 0.0)

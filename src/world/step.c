@@ -47,7 +47,7 @@ static perp_status prepare(perp_world *world, double h)
         world->fitted_bodies = world->body_capacity;
         world->fitted_shapes = world->shape_capacity;
     }
-    status = perp__check_centres(world);
+    status = world->weighed ? PERP_OK : perp__check_centres(world);
     if (status != PERP_OK)
         return status;
     if (h != world->step_length)
@@ -128,8 +128,8 @@ static int32_t commit(perp_world *world, int32_t included)
         world->some_put |= world->roles[world->awake[i]].put != 0;
     }
     world->coasting++; /* they stay where they are */
-    perp__drop_kept(world, world->first_orphan);
-    world->first_orphan = -1;
+    if (world->orphan_count > 0)
+        perp__drop_kept(world, &world->first_orphan);
     world->orphan_count = 0;
     perp__remember(world);
     if (world->joint_count > 0)
@@ -146,12 +146,12 @@ static int32_t commit(perp_world *world, int32_t included)
 static void report(perp_world *world, const perp__solve_summary *summary, perp_world_stats *stats,
                    perp_step_result *result)
 {
-    const double asleep = perp__asleep_residual(world);
-
+    if (world->residual_changed)
+        perp__find_asleep_residual(world);
     result->outcome = world->asleep.rounded > 0
                           ? perp__worse_outcome(summary->outcome, PERP_OUTCOME_ROUNDING_LIMIT)
                           : summary->outcome;
-    stats->residual = summary->residual > asleep ? summary->residual : asleep;
+    stats->residual = fmax(summary->residual, world->asleep.residual);
     result->residual = stats->residual;
     result->contacts = stats->contacts;
     result->islands = world->asleep.solved + summary->solved;
@@ -180,7 +180,7 @@ static perp_status try_step(perp_world *world, perp_step_result *result, perp_wo
                             double h, double *clock)
 {
     perp__solve_summary summary = {0};
-    int32_t changed = 0;
+    int32_t changed = 0, infinite;
     perp_status status = prepare(world, h);
 
     /* 1. Velocities. */
@@ -207,11 +207,14 @@ static perp_status try_step(perp_world *world, perp_step_result *result, perp_wo
     if (!result->advanced)
         return PERP_OK;
     /* 3. Next positions, without overlap. */
-    status = perp__check_range(world, perp__integrate(world, h));
+    infinite = perp__integrate(world, h);
     add_time(world, clock, &stats->seconds_integrate);
-    PERP__THEN(status, perp__project_overlaps(world, &changed));
+    if (infinite < 0)
+        status = perp__project_overlaps(world, &changed);
     if (status == PERP_OK && changed)
-        status = perp__check_range(world, perp__find_infinite(world));
+        infinite = perp__find_infinite(world);
+    if (infinite >= 0)
+        status = perp__fail_range(world, infinite);
     if (status == PERP_OK && world->joint_count > 0)
         status = perp__check_joints(world);
     add_time(world, clock, &stats->seconds_project);

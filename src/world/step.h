@@ -47,12 +47,12 @@ void perp__disturb(perp_world *world, int32_t body);
 void perp__list_awake(perp_world *world);
 /* After a step: what repeated itself falls asleep. */
 void perp__fall_asleep(perp_world *world);
-/* Frees the kept contacts of a list. */
-void perp__drop_kept(perp_world *world, int32_t first);
+/* Frees the kept contacts of a list, which is empty then. */
+void perp__drop_kept(perp_world *world, int32_t *first);
 /* Frees all naps and kept contacts. */
 void perp__forget_naps(perp_world *world);
-/* The largest residual of what is asleep. */
-double perp__asleep_residual(perp_world *world);
+/* The largest residual of what is asleep, after some of it woke. */
+void perp__find_asleep_residual(perp_world *world);
 
 /* integrate.c */
 /* The next states, and all that overlaps are looked for in is placed there. Returns a body whose

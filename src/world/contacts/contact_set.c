@@ -177,7 +177,7 @@ static int32_t touch(const perp_world *world, perp__pair *pair, double h, perp__
             far = perp__greater(PERP__NEAR * perp__pair_size(world, pair),
                                 perp__longest_displacement(world, pair->body[1 - side], h));
     }
-    pair->same = perp__stays_same(world, pair);
+    pair->same = world->settled > 0 && perp__stays_same(world, pair);
     if (!pair->same)
         pair->made = perp__touching_points(world, pair, h, far, points);
     pair->open = pair->made == 0;
@@ -283,13 +283,13 @@ perp_status perp__find_contacts(perp_world *world, double h)
     world->contacts.count = world->contacts.included = world->contacts.rubbing = 0;
     world->rounds = 0;
     status = perp__enclose_motions(world, h);
-    if (status == PERP_OK) {
+    if (status == PERP_OK && world->memories_restored)
         perp__find_memories(world);
+    if (status == PERP_OK && world->settled > 0)
         perp__note_settled(world);
-        status = touch_all(world, h);
-        if (status == PERP_OK && world->some_put && !world->awake_changed)
-            perp__find_put(world);
-    }
+    PERP__THEN(status, touch_all(world, h));
+    if (status == PERP_OK && world->some_put && !world->awake_changed)
+        perp__find_put(world);
     return status;
 }
 
@@ -297,7 +297,7 @@ perp_status perp__find_overlaps(perp_world *world, double ways)
 {
     perp__contact_set *set = &world->overlaps;
     perp__point points[PERP__MAX_POINTS];
-    perp_status status = perp__enclose_places(world, ways);
+    perp_status status = perp__enclose(world, world->awake, world->awake_count, 0.0, ways);
 
     set->count = 0;
     for (int32_t i = 0; i < world->pair_count && status == PERP_OK; i++) {

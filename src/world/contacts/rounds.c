@@ -334,7 +334,8 @@ static void collision_share(perp_world *world, perp__share *share, double h)
 /* Collisions of pairs. */
 static perp_status join_collisions(perp_world *world, double h)
 {
-    perp_status status = perp__enclose_changes(world, h);
+    perp_status status =
+        perp__enclose(world, world->body_order, perp__count_members(world), h, 0.0);
     int32_t *const met = world->met_pairs;
     perp__share all = {0};
     int32_t lanes;
