@@ -169,7 +169,7 @@ static void shorten(const perp_world *world, const perp__island *island, double 
         left += world->motions[body].unspent;
         if (world->roles[body].far)
             left += perp__kinetic_of(world, body, &world->next[body], frame);
-        rounding += perp__energy_rounding(world, body, frame);
+        (void)perp__energy_lost(world, body, frame, &rounding);
         needed += share * perp__work_needed(world, body, world->motions[body].shift);
     }
     if (needed > left + rounding && !perp__has_put(world, island))

@@ -73,10 +73,9 @@ void perp__turn(const perp_world *world, perp__state *state, const double *turn)
 double perp__kinetic_of(const perp_world *world, int32_t body, const perp__state *state,
                         const double *frame);
 /* What the step took from a body, with the work of forces, as seen from there: from its state to
- * the next one. */
-double perp__energy_lost(const perp_world *world, int32_t body, const double *frame);
-/* What of that may be rounding. */
-double perp__energy_rounding(const perp_world *world, int32_t body, const double *frame);
+ * the next one; *rounding gets what of that may be rounding in addition. */
+double perp__energy_lost(const perp_world *world, int32_t body, const double *frame,
+                         double *rounding);
 /* What it takes to shift it by a small twist against forces. */
 double perp__work_needed(const perp_world *world, int32_t body, const double *shift);
 

@@ -341,10 +341,8 @@ double perp__energy_gained(const perp_world *world, const perp__island *island, 
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
 
-        if (!perp__stays(world, body)) {
-            gained -= perp__energy_lost(world, body, frame);
-            *rounding += perp__energy_rounding(world, body, frame);
-        }
+        if (!perp__stays(world, body))
+            gained -= perp__energy_lost(world, body, frame, rounding);
     }
     return gained;
 }
