@@ -35,8 +35,8 @@ perp_status perp__reserve_contacts(perp_world *world, perp__contact_set *set, in
     return status == PERP_OK ? grow(world, set, needed) : status;
 }
 
-/* Writes point number i of a set; the contact `last` before, if there is one, may be the same
- * pair's: what the points of a pair have in common is that one's then. */
+/* Writes point number i of a set, which takes no part yet; the contact `last` before, if there is
+ * one, may be the same pair's: what the points of a pair have in common is that one's then. */
 static void write_contact(const perp_world *world, const perp__contact_set *set, int32_t i,
                           const perp__world_contact *last, const perp__pair *pair,
                           const perp__point *point)
@@ -45,6 +45,7 @@ static void write_contact(const perp_world *world, const perp__contact_set *set,
     const perp__shape *b = &world->shapes[pair->second];
     perp__world_contact *contact = &set->contacts[i];
     perp__response *response = &set->responses[i];
+    perp__tie *tie = &set->ties[i];
 
     if (last && last->shape_a == pair->first && last->shape_b == pair->second &&
         last->round == world->rounds &&
@@ -74,17 +75,10 @@ static void write_contact(const perp_world *world, const perp__contact_set *set,
     perp__copy3(contact->position, point->position);
     contact->gap = point->gap;
     perp__recall(world, pair, contact, response->warm, response->base);
-}
-
-/* A contact that is new to the set takes no part yet. */
-static void tie_bodies(const perp__contact_set *set, int32_t i, int32_t closed)
-{
-    const perp__world_contact *contact = &set->contacts[i];
-    const perp__tie tie = {.body = {contact->body_a, contact->body_b},
-                           .closed = (int8_t)closed,
-                           .rubs = contact->friction > 0.0};
-
-    set->ties[i] = tie;
+    memset(tie, 0, sizeof *tie);
+    tie->body[0] = contact->body_a;
+    tie->body[1] = contact->body_b;
+    tie->rubs = contact->friction > 0.0;
 }
 
 perp__world_contact *perp__append_contact(const perp_world *world, perp__contact_set *set,
@@ -93,7 +87,6 @@ perp__world_contact *perp__append_contact(const perp_world *world, perp__contact
     const int32_t i = set->count++;
 
     write_contact(world, set, i, i > 0 ? &set->contacts[i - 1] : NULL, pair, point);
-    tie_bodies(set, i, 0);
     return &set->contacts[i];
 }
 
@@ -134,7 +127,7 @@ static void write_touching(const perp_world *world, int32_t i, const perp__world
     }
     write_contact(world, set, i, last, pair, point);
     set_arms(world->states, &set->contacts[i]);
-    tie_bodies(set, i, !(set->contacts[i].gap > set->contacts[i].rounding));
+    set->ties[i].closed = !(set->contacts[i].gap > set->contacts[i].rounding);
     perp__prepare_contact(world, set, i);
 }
 
@@ -380,11 +373,6 @@ static int32_t rotates(const perp__shape *shape)
 double perp__turning_reach(const perp__shape *shape)
 {
     return rotates(shape) ? shape->reach : 0.0;
-}
-
-double perp__shape_turning(const perp_world *world, const perp__shape *shape, double h)
-{
-    return perp__turning(world, shape->body, perp__turning_reach(shape), h);
 }
 
 void perp__moving_shape(const perp_world *world, int32_t shape, double h, perp__moving *moving)

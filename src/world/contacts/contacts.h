@@ -92,7 +92,6 @@ static inline double perp__turning(const perp_world *world, int32_t body, double
 
     return h * (fabs(spin[0]) + fabs(spin[1]) + fabs(spin[2])) * reach;
 }
-double perp__shape_turning(const perp_world *world, const perp__shape *shape, double h);
 /* A shape on the way of its body's motion, and how far its points go, at most. */
 void perp__moving_shape(const perp_world *world, int32_t shape, double h, perp__moving *moving);
 double perp__way_of(const perp__moving *shape);
