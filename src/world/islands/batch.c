@@ -100,7 +100,7 @@ static perp_status end_wait(perp_world *world, perp__waiting *waiting, double h)
 perp_status perp__sweep_batch(perp_world *world, double h, int32_t *last)
 {
     perp__coloured_part parts[PERP__BATCH_ISLANDS];
-    const int32_t count = world->batch ? world->batch->count : 0;
+    const int32_t count = world->batch->count;
     perp_status status = PERP_OK;
 
     for (int32_t k = 0; k < count; k++) {

@@ -77,9 +77,8 @@ int32_t perp__shares_islands(const perp_world *world)
 {
     const perp__island *last = world->islands + world->island_count - 1;
 
-    return world->lane_count > 0 && world->island_count > 1 &&
-           last->first_body + last->first_contact >= FEW && !world->budget.limited &&
-           world->budget.iterations == INT64_MAX;
+    return world->island_count > 1 && last->first_body + last->first_contact >= FEW &&
+           !world->budget.limited && world->budget.iterations == INT64_MAX;
 }
 
 static int32_t is_kinematic(const perp_world *world, int32_t body)

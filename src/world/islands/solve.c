@@ -249,7 +249,7 @@ perp_status perp__solve_one(perp_world *world, int32_t number, double h, int32_t
 perp_status perp__end_solving(perp_world *world, double h, perp_status status, int32_t *last)
 {
     int32_t ended = -1;
-    const perp_status own = perp__sweep_batch(world, h, &ended);
+    const perp_status own = world->batch ? perp__sweep_batch(world, h, &ended) : PERP_OK;
 
     if (ended < 0 || (*last >= 0 && *last < ended))
         return status;
@@ -297,8 +297,9 @@ static perp_status solve_changed(perp_world *world, double h, perp__solve_summar
     PERP__THEN(status, perp__fit_island_work(world));
     PERP__THEN(status, perp__fit_batch(world));
     if (status == PERP_OK)
-        status = perp__shares_islands(world) ? perp__solve_in_lanes(world, h, &last)
-                                             : solve_in_turn(world, h, &last);
+        status = world->lane_count > 0 && perp__shares_islands(world)
+                     ? perp__solve_in_lanes(world, h, &last)
+                     : solve_in_turn(world, h, &last);
     if (status == PERP_OK)
         summarise(world, summary);
     if (status == PERP_OK && last >= 0) {
