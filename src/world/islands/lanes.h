@@ -92,7 +92,6 @@ int32_t perp__joins_batch(const perp_world *world, const perp__island *island);
 perp_status perp__wait_for_sweep(perp_world *world, int32_t number, double h,
                                  const perp__verdict *before, perp__verdict *verdict);
 perp_status perp__sweep_batch(perp_world *world, double h, int32_t *last);
-perp_status perp__fit_batch(perp_world *world);
 void perp__release_batch(perp_world *world);
 
 #endif
