@@ -227,12 +227,27 @@ static perp_status try_step(perp_world *world, perp_step_result *result, perp_wo
     return status;
 }
 
-static perp_status step_awake(perp_world *world, perp_step_result *result, double h)
+perp_status perp__step(perp_world *world, perp_step_result *result, double h)
 {
     perp_world_stats stats = world->stats;
     double clock;
     perp_status status;
 
+    world->rough = 0;
+    /* 1. While all sleeps, all that a step would do is to say so. */
+    if (world->awake_count == 0 && !world->awake_changed && h == world->step_length &&
+        world->weighed && !world->planes_changed) {
+        const perp__solve_summary summary = {0};
+
+        world->stats.islands = world->asleep.islands;
+        world->stats.contacts = world->stats.rows_normal = world->asleep.contacts;
+        world->stats.rows_friction = world->asleep.tangents;
+        world->stats.iterations = 0;
+        world->stats.steps++;
+        report(world, &summary, &world->stats, result);
+        return PERP_OK;
+    }
+    /* 2. The step of what is awake, again where it roused something. */
     world->untimed++;
     clock = world->awake_count > FEW_AWAKE || stats.steps % FEW_AWAKE == 0 ? perp__now() : 0.0;
     perp__open_velocities(world);
@@ -244,30 +259,10 @@ static perp_status step_awake(perp_world *world, perp_step_result *result, doubl
     world->untimed = clock > 0.0 ? 0 : world->untimed;
     if (status != PERP_OK || world->rough)
         return status;
+    /* 3. It counts. */
     result->iterations = stats.iterations = world->budget.spent;
     world->stats = stats;
-    if (result->advanced) {
-        if (commit(world, stats.contacts - world->asleep.contacts) > 0)
-            perp__fall_asleep(world);
-    }
-    return PERP_OK;
-}
-
-perp_status perp__step(perp_world *world, perp_step_result *result, double h)
-{
-    const perp__solve_summary summary = {0};
-
-    world->rough = 0;
-    if (world->awake_count > 0 || world->awake_changed || h != world->step_length ||
-        !world->weighed || world->planes_changed)
-        return step_awake(world, result, h);
-
-    /* while all sleeps, all that a step would do is to say so */
-    world->stats.islands = world->asleep.islands;
-    world->stats.contacts = world->stats.rows_normal = world->asleep.contacts;
-    world->stats.rows_friction = world->asleep.tangents;
-    world->stats.iterations = 0;
-    world->stats.steps++;
-    report(world, &summary, &world->stats, result);
+    if (result->advanced && commit(world, stats.contacts - world->asleep.contacts) > 0)
+        perp__fall_asleep(world);
     return PERP_OK;
 }
