@@ -317,18 +317,18 @@ static double space_of(const perp__shape *shape, double speed)
 /* Whether the shape's fat box holds the box, and is not too fat for it. */
 static int32_t is_held(const perp_world *world, int32_t i, const perp__bounds *box, double space)
 {
+    const perp__bounds *fat;
     double excess = 0.0;
-    int32_t held = world->shapes[i].leaf != NONE && perp__bounds_contain(fat_box(world, i), box);
 
-    if (held && world->rounds == 0) {
-        const perp__bounds *fat = fat_box(world, i);
-
-        for (int32_t k = 0; k < 3; k++)
-            excess =
-                perp__greater(excess, (fat->high[k] - fat->low[k]) - (box->high[k] - box->low[k]));
-        held = !(excess > AHEAD * 2.0 * space);
+    if (world->shapes[i].leaf == NONE)
+        return 0;
+    fat = fat_box(world, i);
+    for (int32_t k = 0; k < 3; k++) {
+        if (!(fat->low[k] <= box->low[k] && box->high[k] <= fat->high[k]))
+            return 0;
+        excess = perp__greater(excess, (fat->high[k] - fat->low[k]) - (box->high[k] - box->low[k]));
     }
-    return held;
+    return world->rounds > 0 || !(excess > AHEAD * 2.0 * space);
 }
 
 /* Lets the box hold what the body's motion does to the shape; returns how far that takes it. */
