@@ -134,7 +134,7 @@ static void turn_with_velocity(const perp_world *world, perp__state *state, cons
     double before[9], after[9], own[3];
 
     perp__rotation_of(world, state, before);
-    perp__turn(world, state, turn);
+    perp__turn(world, state, 1.0, turn);
     if (jointed || world->settings.planar || perp__is_zero3(turn) ||
         perp__is_zero3(state->angular_velocity))
         return;

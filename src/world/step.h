@@ -66,7 +66,7 @@ int32_t perp__glide(perp_world *world, int32_t body, double h);
 void perp__stop_coasting(perp_world *world, int32_t body);
 void perp__stop_all_coasting(perp_world *world);
 int32_t perp__find_infinite(const perp_world *world);
-void perp__turn(const perp_world *world, perp__state *state, const double *turn);
+void perp__turn(const perp_world *world, perp__state *state, double t, const double *w);
 
 /* energy.c */
 /* The kinetic energy, as who moves with the velocity `frame` sees it. */
