@@ -36,10 +36,11 @@ perp_status perp__reserve_contacts(perp_world *world, perp__contact_set *set, in
 }
 
 /* Writes point number i of a set, which takes no part yet; the contact `last` before, if there is
- * one, may be the same pair's: what the points of a pair have in common is that one's then. */
+ * one, may be the same pair's: what the points of a pair have in common is that one's then. Arms
+ * are from the mass centres of bodies in the given states. */
 static void write_contact(const perp_world *world, const perp__contact_set *set, int32_t i,
                           const perp__world_contact *last, const perp__pair *pair,
-                          const perp__point *point)
+                          const perp__point *point, const perp__state *states)
 {
     const perp__shape *a = &world->shapes[pair->first];
     const perp__shape *b = &world->shapes[pair->second];
@@ -74,6 +75,8 @@ static void write_contact(const perp_world *world, const perp__contact_set *set,
     contact->feature = (uint64_t)point->feature;
     perp__copy3(contact->position, point->position);
     contact->gap = point->gap;
+    perp__subtract3(contact->arms[0], point->position, states[a->body].position);
+    perp__subtract3(contact->arms[1], point->position, states[b->body].position);
     perp__recall(world, pair, contact, response->warm, response->base);
     memset(tie, 0, sizeof *tie);
     tie->body[0] = contact->body_a;
@@ -82,19 +85,13 @@ static void write_contact(const perp_world *world, const perp__contact_set *set,
 }
 
 perp__world_contact *perp__append_contact(const perp_world *world, perp__contact_set *set,
-                                          const perp__pair *pair, const perp__point *point)
+                                          const perp__pair *pair, const perp__point *point,
+                                          const perp__state *states)
 {
     const int32_t i = set->count++;
 
-    write_contact(world, set, i, i > 0 ? &set->contacts[i - 1] : NULL, pair, point);
+    write_contact(world, set, i, i > 0 ? &set->contacts[i - 1] : NULL, pair, point, states);
     return &set->contacts[i];
-}
-
-/* Arms from the mass centres of bodies in the given states. */
-static void set_arms(const perp__state *states, perp__world_contact *contact)
-{
-    perp__subtract3(contact->arms[0], contact->position, states[contact->body_a].position);
-    perp__subtract3(contact->arms[1], contact->position, states[contact->body_b].position);
 }
 
 void perp__prepare_contact(const perp_world *world, const perp__contact_set *set, int32_t i)
@@ -125,8 +122,7 @@ static void write_touching(const perp_world *world, int32_t i, const perp__world
         perp__repeat_contact(world, pair, k, i);
         return;
     }
-    write_contact(world, set, i, last, pair, point);
-    set_arms(world->states, &set->contacts[i]);
+    write_contact(world, set, i, last, pair, point, world->states);
     set->ties[i].closed = !(set->contacts[i].gap > set->contacts[i].rounding);
     perp__prepare_contact(world, set, i);
 }
@@ -240,13 +236,23 @@ static perp_status gather_shares(perp_world *world, int32_t lanes, double h)
     return PERP_OK;
 }
 
-/* Decides how each pair takes part, and makes the points of those that touch plainly. */
-static perp_status touch_all(perp_world *world, double h)
+perp_status perp__find_contacts(perp_world *world, double h)
 {
     perp__point points[PERP__MAX_POINTS];
-    const int32_t lanes = perp__share_out(world, world->pair_count, touch_share, h);
-    perp_status status = PERP_OK;
+    perp_status status;
+    int32_t lanes = 0;
 
+    /* 1. Pairs, and what they remember. */
+    world->contacts.count = world->contacts.included = world->contacts.rubbing = 0;
+    world->rounds = 0;
+    status = perp__enclose_motions(world, h);
+    if (status == PERP_OK && world->memories_restored)
+        perp__find_memories(world);
+    if (status == PERP_OK && world->settled > 0)
+        perp__note_settled(world);
+    /* 2. How each pair takes part, and the points of those that touch plainly. */
+    if (status == PERP_OK)
+        lanes = perp__share_out(world, world->pair_count, touch_share, h);
     if (lanes > 0)
         status = gather_shares(world, lanes, h);
     for (int32_t i = 0; i < world->pair_count && status == PERP_OK; i++) {
@@ -266,21 +272,6 @@ static perp_status touch_all(perp_world *world, double h)
         }
     }
     world->contacts.early = world->contacts.count;
-    return status;
-}
-
-perp_status perp__find_contacts(perp_world *world, double h)
-{
-    perp_status status;
-
-    world->contacts.count = world->contacts.included = world->contacts.rubbing = 0;
-    world->rounds = 0;
-    status = perp__enclose_motions(world, h);
-    if (status == PERP_OK && world->memories_restored)
-        perp__find_memories(world);
-    if (status == PERP_OK && world->settled > 0)
-        perp__note_settled(world);
-    PERP__THEN(status, touch_all(world, h));
     if (status == PERP_OK && world->some_put && !world->awake_changed)
         perp__find_put(world);
     return status;
@@ -308,9 +299,7 @@ perp_status perp__find_overlaps(perp_world *world, double ways)
             made = perp__collide(&world->placed[pair->first], &world->placed[pair->second],
                                  world->settings.planar, margin, points);
         for (int32_t k = 0; k < made; k++) {
-            perp__world_contact *contact = perp__append_contact(world, set, pair, &points[k]);
-
-            set_arms(world->next, contact);
+            (void)perp__append_contact(world, set, pair, &points[k], world->next);
             set->ties[set->count - 1].included = 1;
         }
     }

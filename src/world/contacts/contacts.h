@@ -123,7 +123,8 @@ perp_status perp__find_contacts(perp_world *world, double h);
  * nothing touched; and all of a pair's points that are farther apart than `least` at the start. */
 perp_status perp__reserve_contacts(perp_world *world, perp__contact_set *set, int32_t needed);
 perp__world_contact *perp__append_contact(const perp_world *world, perp__contact_set *set,
-                                          const perp__pair *pair, const perp__point *point);
+                                          const perp__pair *pair, const perp__point *point,
+                                          const perp__state *states);
 void perp__prepare_contact(const perp_world *world, const perp__contact_set *set, int32_t i);
 perp_status perp__append_points(perp_world *world, perp__pair *pair, const perp__point *points,
                                 int32_t count, double least);
