@@ -25,29 +25,22 @@ double perp__kinetic_of(const perp_world *world, int32_t i, const perp__state *s
                   perp__dot3(spin, state->angular_velocity));
 }
 
-double perp__energy_lost(const perp_world *world, int32_t i, const double *frame)
+double perp__energy_lost(const perp_world *world, int32_t i, const double *frame, double *rounding)
 {
     const perp__state *from = &world->states[i], *to = &world->next[i];
-    double shift[6];
+    const double before = perp__kinetic_of(world, i, from, frame);
+    const double after = perp__kinetic_of(world, i, to, frame);
+    double shift[6], sum = before + after;
 
     for (int32_t k = 0; k < 3; k++) {
         shift[k] = to->position[k] - from->position[k] - world->step_length * frame[k];
         shift[3 + k] = world->step_length * world->motions[i].moving[3 + k];
-    }
-    return perp__kinetic_of(world, i, from, frame) - perp__kinetic_of(world, i, to, frame) -
-           perp__work_needed(world, i, shift);
-}
-
-double perp__energy_rounding(const perp_world *world, int32_t i, const double *frame)
-{
-    const perp__state *from = &world->states[i], *to = &world->next[i];
-    double sum = perp__kinetic_of(world, i, from, frame) + perp__kinetic_of(world, i, to, frame);
-
-    for (int32_t k = 0; k < 3; k++)
         sum += fabs(world->bodies[i].mass * world->settings.gravity[k] + from->force[k]) *
                    (fabs(from->position[k]) + fabs(to->position[k])) +
                fabs(from->torque[k]);
-    return PERP__SUM_ROUNDING * sum;
+    }
+    *rounding += PERP__SUM_ROUNDING * sum;
+    return before - after - perp__work_needed(world, i, shift);
 }
 
 double perp__work_needed(const perp_world *world, int32_t i, const double *shift)

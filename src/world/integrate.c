@@ -7,9 +7,10 @@
  * space is what it was, plus the torque's. */
 #include "world/islands/lanes.h"
 
-/* q+ = exp(turn) q, turn in the world frame; 0 leaves every bit. */
-void perp__turn(const perp_world *world, perp__state *state, const double *turn)
+/* q+ = exp(t w) q, w in the world frame; 0 leaves every bit. */
+void perp__turn(const perp_world *world, perp__state *state, double t, const double *w)
 {
+    const double turn[3] = {t * w[0], t * w[1], t * w[2]};
     double rotation[4], turned[4];
 
     if (perp__is_zero3(turn))
@@ -24,13 +25,6 @@ void perp__turn(const perp_world *world, perp__state *state, const double *turn)
     perp__quaternion_product(turned, rotation, state->orientation);
     perp__quaternion_normalise(turned);
     memcpy(state->orientation, turned, sizeof turned);
-}
-
-static void scaled_turn(const perp_world *world, perp__state *state, double h, const double *w)
-{
-    const double turn[3] = {h * w[0], h * w[1], h * w[2]};
-
-    perp__turn(world, state, turn);
 }
 
 /* Angular momentum R I w in the world frame. */
@@ -57,14 +51,14 @@ static void rotate_freely(perp_world *world, int32_t i, double h)
 
     world->motions[i].enclosed = 0; /* it does not turn by the motion at hand alone */
     perp__apply_transposed3(w, world->motions[i].rotation, old->angular_velocity);
-    scaled_turn(world, &halfway, 0.5 * h, old->angular_velocity);
+    perp__turn(world, &halfway, 0.5 * h, old->angular_velocity);
     perp__rotation_of(world, &halfway, R);
     perp__apply_transposed3(torque, R, old->torque);
     perp__euler_step(body, h, w, torque, w_next);
     for (int32_t k = 0; k < 3; k++)
         mean[k] = 0.5 * (w[k] + w_next[k]);
     perp__apply3(after, world->motions[i].rotation, mean);
-    scaled_turn(world, next, h, after);
+    perp__turn(world, next, h, after);
     momentum_of(world, body, old, w, before);
     perp__add3(before, h, old->torque);
     momentum_of(world, body, next, w_next, after);
@@ -96,7 +90,7 @@ static void move_freely(perp_world *world, int32_t i, double h, const double *v_
     }
     perp__copy3(next->velocity, v_f);
     if (world->bodies[i].spherical) {
-        scaled_turn(world, next, h, mean);
+        perp__turn(world, next, h, mean);
         perp__copy3(next->angular_velocity, v_f + 3);
     } else if (!perp__is_zero3(old->angular_velocity) || !perp__is_zero3(old->torque)) {
         rotate_freely(world, i, h);
@@ -187,7 +181,7 @@ static void integrate(perp_world *world, perp__share *share, double h)
             move_freely(world, body, h, motion->free);
         else {
             perp__add3(next->position, h, motion->moving);
-            scaled_turn(world, next, h, motion->moving + 3);
+            perp__turn(world, next, h, motion->moving + 3);
             perp__copy3(next->velocity, motion->after);
             perp__copy3(next->angular_velocity, motion->after + 3);
             if (kind == PERP_BODY_KINEMATIC)

@@ -205,7 +205,7 @@ perp_status perp__check_centres(perp_world *world)
 {
     const double tolerance = 1e-6; /* of the body's size: offsets may have rounded digits */
 
-    for (int32_t i = 0; i < world->body_slots && !world->weighed; i++) {
+    for (int32_t i = 0; i < world->body_slots; i++) {
         const perp__body *body = &world->bodies[i];
         const double *moment = body->shape_moment;
 

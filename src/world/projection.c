@@ -49,7 +49,7 @@ static void find_overlaps(perp_world *world, perp__share *share, double h)
  * what turns freely. */
 static double deepest(perp_world *world)
 {
-    const double lack = perp__joint_errors(world);
+    const double lack = world->joint_count > 0 ? perp__joint_errors(world) : 0.0;
     const int32_t lanes = perp__share_out(world, world->pair_count, find_overlaps, 0.0);
     perp__share all = {0};
     double most = 0.0;
@@ -134,7 +134,7 @@ static void turn_with_velocity(const perp_world *world, perp__state *state, cons
     double before[9], after[9], own[3];
 
     perp__rotation_of(world, state, before);
-    perp__turn(world, state, turn);
+    perp__turn(world, state, 1.0, turn);
     if (jointed || world->settings.planar || perp__is_zero3(turn) ||
         perp__is_zero3(state->angular_velocity))
         return;
@@ -169,7 +169,7 @@ static void shorten(const perp_world *world, const perp__island *island, double 
         left += world->motions[body].unspent;
         if (world->roles[body].far)
             left += perp__kinetic_of(world, body, &world->next[body], frame);
-        rounding += perp__energy_rounding(world, body, frame);
+        (void)perp__energy_lost(world, body, frame, &rounding);
         needed += share * perp__work_needed(world, body, world->motions[body].shift);
     }
     if (needed > left + rounding && !perp__has_put(world, island))
@@ -275,7 +275,7 @@ perp_status perp__project_overlaps(perp_world *world, int32_t *changed)
     double depth = 0.0;
     perp_status status = perp__end_islands(world, changed);
 
-    PERP__THEN(status, perp__enclose_places(world, 0.0));
+    PERP__THEN(status, perp__enclose(world, world->lively, world->lively_count, 0.0, 0.0));
     if (status == PERP_OK && !world->awake_changed)
         depth = deepest(world);
     if (status != PERP_OK || depth == 0.0)

@@ -131,16 +131,15 @@ void perp__list_awake(perp_world *world)
 
 /* ---- what contacts are kept as ---- */
 
-void perp__drop_kept(perp_world *world, int32_t first)
+void perp__drop_kept(perp_world *world, int32_t *first)
 {
-    int32_t next;
+    while (*first != NONE) {
+        const int32_t number = *first;
+        perp__kept *kept = &world->kept[number];
 
-    for (; first != NONE; first = next) {
-        perp__kept *kept = &world->kept[first];
-
-        next = kept->next;
+        *first = kept->next;
         kept->next = world->free_kept;
-        world->free_kept = first;
+        world->free_kept = number;
         world->kept_count--;
         world->kept_included -= kept->included;
     }
@@ -312,14 +311,11 @@ void perp__fall_asleep(perp_world *world)
     perp__list_awake(world);
 }
 
-double perp__asleep_residual(perp_world *world)
+void perp__find_asleep_residual(perp_world *world)
 {
-    if (world->residual_changed) {
-        world->asleep.residual = 0.0;
-        for (int32_t i = 0; i < world->nap_slots; i++)
-            if (world->naps[i].first != NONE)
-                perp__raise_to(&world->asleep.residual, world->naps[i].residual);
-        world->residual_changed = 0;
-    }
-    return world->asleep.residual;
+    world->asleep.residual = 0.0;
+    for (int32_t i = 0; i < world->nap_slots; i++)
+        if (world->naps[i].first != NONE)
+            perp__raise_to(&world->asleep.residual, world->naps[i].residual);
+    world->residual_changed = 0;
 }

@@ -47,7 +47,7 @@ static perp_status prepare(perp_world *world, double h)
         world->fitted_bodies = world->body_capacity;
         world->fitted_shapes = world->shape_capacity;
     }
-    status = perp__check_centres(world);
+    status = world->weighed ? PERP_OK : perp__check_centres(world);
     if (status != PERP_OK)
         return status;
     if (h != world->step_length)
@@ -128,11 +128,12 @@ static int32_t commit(perp_world *world, int32_t included)
         world->some_put |= world->roles[world->awake[i]].put != 0;
     }
     world->coasting++; /* they stay where they are */
-    perp__drop_kept(world, world->first_orphan);
-    world->first_orphan = -1;
+    if (world->orphan_count > 0)
+        perp__drop_kept(world, &world->first_orphan);
     world->orphan_count = 0;
     perp__remember(world);
-    perp__keep_joints(world);
+    if (world->joint_count > 0)
+        perp__keep_joints(world);
     world->last = world->contacts;
     world->last_included = included;
     world->contacts = last;
@@ -145,12 +146,12 @@ static int32_t commit(perp_world *world, int32_t included)
 static void report(perp_world *world, const perp__solve_summary *summary, perp_world_stats *stats,
                    perp_step_result *result)
 {
-    const double asleep = perp__asleep_residual(world);
-
+    if (world->residual_changed)
+        perp__find_asleep_residual(world);
     result->outcome = world->asleep.rounded > 0
                           ? perp__worse_outcome(summary->outcome, PERP_OUTCOME_ROUNDING_LIMIT)
                           : summary->outcome;
-    stats->residual = summary->residual > asleep ? summary->residual : asleep;
+    stats->residual = fmax(summary->residual, world->asleep.residual);
     result->residual = stats->residual;
     result->contacts = stats->contacts;
     result->islands = world->asleep.solved + summary->solved;
@@ -179,7 +180,7 @@ static perp_status try_step(perp_world *world, perp_step_result *result, perp_wo
                             double h, double *clock)
 {
     perp__solve_summary summary = {0};
-    int32_t changed = 0;
+    int32_t changed = 0, infinite;
     perp_status status = prepare(world, h);
 
     /* 1. Velocities. */
@@ -201,17 +202,21 @@ static perp_status try_step(perp_world *world, perp_step_result *result, perp_wo
         perp__island_motion(world, &world->islands[i], 0)->verdict.leads = 1;
     stats->rows_normal = stats->contacts;
     stats->joints = world->joint_count;
-    stats->rows_joint = perp__count_joint_rows(world);
+    stats->rows_joint = world->joint_count > 0 ? perp__count_joint_rows(world) : 0;
     report(world, &summary, stats, result);
     if (!result->advanced)
         return PERP_OK;
     /* 3. Next positions, without overlap. */
-    status = perp__check_range(world, perp__integrate(world, h));
+    infinite = perp__integrate(world, h);
     add_time(world, clock, &stats->seconds_integrate);
-    PERP__THEN(status, perp__project_overlaps(world, &changed));
+    if (infinite < 0)
+        status = perp__project_overlaps(world, &changed);
     if (status == PERP_OK && changed)
-        status = perp__check_range(world, perp__find_infinite(world));
-    PERP__THEN(status, perp__check_joints(world));
+        infinite = perp__find_infinite(world);
+    if (infinite >= 0)
+        status = perp__fail_range(world, infinite);
+    if (status == PERP_OK && world->joint_count > 0)
+        status = perp__check_joints(world);
     add_time(world, clock, &stats->seconds_project);
     /* 4. What is left of the laws where impulses were taken back. */
     perp__raise_to(&summary.residual, world->scaled);
@@ -222,12 +227,27 @@ static perp_status try_step(perp_world *world, perp_step_result *result, perp_wo
     return status;
 }
 
-static perp_status step_awake(perp_world *world, perp_step_result *result, double h)
+perp_status perp__step(perp_world *world, perp_step_result *result, double h)
 {
     perp_world_stats stats = world->stats;
     double clock;
     perp_status status;
 
+    world->rough = 0;
+    /* 1. While all sleeps, all that a step would do is to say so. */
+    if (world->awake_count == 0 && !world->awake_changed && h == world->step_length &&
+        world->weighed && !world->planes_changed) {
+        const perp__solve_summary summary = {0};
+
+        world->stats.islands = world->asleep.islands;
+        world->stats.contacts = world->stats.rows_normal = world->asleep.contacts;
+        world->stats.rows_friction = world->asleep.tangents;
+        world->stats.iterations = 0;
+        world->stats.steps++;
+        report(world, &summary, &world->stats, result);
+        return PERP_OK;
+    }
+    /* 2. The step of what is awake, again where it roused something. */
     world->untimed++;
     clock = world->awake_count > FEW_AWAKE || stats.steps % FEW_AWAKE == 0 ? perp__now() : 0.0;
     perp__open_velocities(world);
@@ -239,30 +259,10 @@ static perp_status step_awake(perp_world *world, perp_step_result *result, doubl
     world->untimed = clock > 0.0 ? 0 : world->untimed;
     if (status != PERP_OK || world->rough)
         return status;
+    /* 3. It counts. */
     result->iterations = stats.iterations = world->budget.spent;
     world->stats = stats;
-    if (result->advanced) {
-        if (commit(world, stats.contacts - world->asleep.contacts) > 0)
-            perp__fall_asleep(world);
-    }
-    return PERP_OK;
-}
-
-perp_status perp__step(perp_world *world, perp_step_result *result, double h)
-{
-    const perp__solve_summary summary = {0};
-
-    world->rough = 0;
-    if (world->awake_count > 0 || world->awake_changed || h != world->step_length ||
-        !world->weighed || world->planes_changed)
-        return step_awake(world, result, h);
-
-    /* while all sleeps, all that a step would do is to say so */
-    world->stats.islands = world->asleep.islands;
-    world->stats.contacts = world->stats.rows_normal = world->asleep.contacts;
-    world->stats.rows_friction = world->asleep.tangents;
-    world->stats.iterations = 0;
-    world->stats.steps++;
-    report(world, &summary, &world->stats, result);
+    if (result->advanced && commit(world, stats.contacts - world->asleep.contacts) > 0)
+        perp__fall_asleep(world);
     return PERP_OK;
 }

@@ -47,12 +47,12 @@ void perp__disturb(perp_world *world, int32_t body);
 void perp__list_awake(perp_world *world);
 /* After a step: what repeated itself falls asleep. */
 void perp__fall_asleep(perp_world *world);
-/* Frees the kept contacts of a list. */
-void perp__drop_kept(perp_world *world, int32_t first);
+/* Frees the kept contacts of a list, which is empty then. */
+void perp__drop_kept(perp_world *world, int32_t *first);
 /* Frees all naps and kept contacts. */
 void perp__forget_naps(perp_world *world);
-/* The largest residual of what is asleep. */
-double perp__asleep_residual(perp_world *world);
+/* The largest residual of what is asleep, after some of it woke. */
+void perp__find_asleep_residual(perp_world *world);
 
 /* integrate.c */
 /* The next states, and all that overlaps are looked for in is placed there. Returns a body whose
@@ -66,17 +66,16 @@ int32_t perp__glide(perp_world *world, int32_t body, double h);
 void perp__stop_coasting(perp_world *world, int32_t body);
 void perp__stop_all_coasting(perp_world *world);
 int32_t perp__find_infinite(const perp_world *world);
-void perp__turn(const perp_world *world, perp__state *state, const double *turn);
+void perp__turn(const perp_world *world, perp__state *state, double t, const double *w);
 
 /* energy.c */
 /* The kinetic energy, as who moves with the velocity `frame` sees it. */
 double perp__kinetic_of(const perp_world *world, int32_t body, const perp__state *state,
                         const double *frame);
 /* What the step took from a body, with the work of forces, as seen from there: from its state to
- * the next one. */
-double perp__energy_lost(const perp_world *world, int32_t body, const double *frame);
-/* What of that may be rounding. */
-double perp__energy_rounding(const perp_world *world, int32_t body, const double *frame);
+ * the next one; *rounding gets what of that may be rounding in addition. */
+double perp__energy_lost(const perp_world *world, int32_t body, const double *frame,
+                         double *rounding);
 /* What it takes to shift it by a small twist against forces. */
 double perp__work_needed(const perp_world *world, int32_t body, const double *shift);
 

@@ -243,7 +243,7 @@ perp_status perp_world_set_gravity(perp_world *world, const double *gravity)
 
 static perp_status step(perp_world *world, perp_step_result *result, double dt)
 {
-    perp_step_result own;
+    perp_step_result own = {.struct_size = sizeof own};
     perp_status status = PERP_OK;
 
     if (result)
@@ -253,8 +253,7 @@ static perp_status step(perp_world *world, perp_step_result *result, double dt)
         return status;
     if (dt <= 0.0)
         return perp__refuse(world->context, "dt is %g, > 0 expected", dt);
-    status = perp_step_result_init(&own, sizeof own);
-    PERP__THEN(status, perp__advance_world(world, &own, dt));
+    status = perp__advance_world(world, &own, dt);
     if (status == PERP_OK && result)
         perp__struct_write(result, &own, sizeof own);
     return status;

@@ -70,7 +70,7 @@ static int check_pairs(perp_world *world)
     if (world->awake_changed)
         perp__list_awake(world);
     perp__place(world, world->states);
-    assert_int_equal(perp__enclose_places(world, 1.0), PERP_OK);
+    assert_int_equal(perp__enclose(world, world->awake, world->awake_count, 0.0, 1.0), PERP_OK);
     for (i = 1; i < world->pair_count; i++) {
         const perp__pair *last = perp__ordered_pair(world, i - 1),
                          *here = perp__ordered_pair(world, i);

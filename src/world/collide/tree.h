@@ -10,13 +10,6 @@ static inline int32_t perp__bounds_overlap(const perp__bounds *a, const perp__bo
            b->low[1] <= a->high[1] && a->low[2] <= b->high[2] && b->low[2] <= a->high[2];
 }
 
-static inline int32_t perp__bounds_contain(const perp__bounds *outer, const perp__bounds *inner)
-{
-    return outer->low[0] <= inner->low[0] && inner->high[0] <= outer->high[0] &&
-           outer->low[1] <= inner->low[1] && inner->high[1] <= outer->high[1] &&
-           outer->low[2] <= inner->low[2] && inner->high[2] <= outer->high[2];
-}
-
 typedef struct perp__tree_node {
     perp__bounds bounds;
     int32_t parent;   /* -1: root; of a free node: the next free one */

@@ -30,7 +30,8 @@ static int32_t is_held(const perp_world *world, int32_t shape, int32_t owner, co
         const int32_t other = link % 2 ? pair->first : pair->second;
         const perp__shape *at = &world->shapes[other];
         const double *v = world->motions[at->body].moving;
-        double between[3], reach = at->radius + perp__shape_turning(world, at, h);
+        const double turning = perp__turning(world, at->body, pair->reach[1 - link % 2], h);
+        double between[3], reach = at->radius + turning;
         const perp__placed *there = &world->placed[other];
         perp__placed placed;
 
@@ -402,12 +403,12 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
 
     pair->plain = 1;
     if (pair->plane) { /* one normal at any distance: near ones come at once */
-        const perp__shape *a = &world->shapes[pair->first], *b = &world->shapes[pair->second];
-        const double *from = world->motions[a->body].moving, *to = world->motions[b->body].moving;
+        const int32_t a = pair->body[0], b = pair->body[1];
+        const double *from = world->motions[a].moving, *to = world->motions[b].moving;
         const double displacement = (fabs(h * to[0] - h * from[0]) + fabs(h * to[1] - h * from[1]) +
                                      fabs(h * to[2] - h * from[2])) +
-                                    perp__shape_turning(world, a, h) +
-                                    perp__shape_turning(world, b, h);
+                                    perp__turning(world, a, pair->reach[0], h) +
+                                    perp__turning(world, b, pair->reach[1], h);
         const double due = perp__greater(perp__lesser(near, 2.0 * displacement), touching);
 
         made = perp__collide(&world->placed[pair->first], &world->placed[pair->second],
@@ -517,7 +518,9 @@ int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
     overlap before, end;
     encounter e;
 
-    if (perp__shape_turning(world, first, h) + perp__shape_turning(world, second, h) <= deep)
+    if (perp__turning(world, pair->body[0], pair->reach[0], h) +
+            perp__turning(world, pair->body[1], pair->reach[1], h) <=
+        deep)
         return 0;
     begin_encounter(&e, world, pair, h, NULL);
     end = overlap_at(&e, 1.0, e.displacement > width ? INFINITY : -deep);

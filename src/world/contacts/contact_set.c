@@ -35,16 +35,18 @@ perp_status perp__reserve_contacts(perp_world *world, perp__contact_set *set, in
     return status == PERP_OK ? grow(world, set, needed) : status;
 }
 
-/* Writes point number i of a set; the contact `last` before, if there is one, may be the same
- * pair's: what the points of a pair have in common is that one's then. */
+/* Writes point number i of a set, which takes no part yet; the contact `last` before, if there is
+ * one, may be the same pair's: what the points of a pair have in common is that one's then. Arms
+ * are from the mass centres of bodies in the given states. */
 static void write_contact(const perp_world *world, const perp__contact_set *set, int32_t i,
                           const perp__world_contact *last, const perp__pair *pair,
-                          const perp__point *point)
+                          const perp__point *point, const perp__state *states)
 {
     const perp__shape *a = &world->shapes[pair->first];
     const perp__shape *b = &world->shapes[pair->second];
     perp__world_contact *contact = &set->contacts[i];
     perp__response *response = &set->responses[i];
+    perp__tie *tie = &set->ties[i];
 
     if (last && last->shape_a == pair->first && last->shape_b == pair->second &&
         last->round == world->rounds &&
@@ -73,35 +75,23 @@ static void write_contact(const perp_world *world, const perp__contact_set *set,
     contact->feature = (uint64_t)point->feature;
     perp__copy3(contact->position, point->position);
     contact->gap = point->gap;
+    perp__subtract3(contact->arms[0], point->position, states[a->body].position);
+    perp__subtract3(contact->arms[1], point->position, states[b->body].position);
     perp__recall(world, pair, contact, response->warm, response->base);
-}
-
-/* A contact that is new to the set takes no part yet. */
-static void tie_bodies(const perp__contact_set *set, int32_t i, int32_t closed)
-{
-    const perp__world_contact *contact = &set->contacts[i];
-    const perp__tie tie = {.body = {contact->body_a, contact->body_b},
-                           .closed = (int8_t)closed,
-                           .rubs = contact->friction > 0.0};
-
-    set->ties[i] = tie;
+    memset(tie, 0, sizeof *tie);
+    tie->body[0] = contact->body_a;
+    tie->body[1] = contact->body_b;
+    tie->rubs = contact->friction > 0.0;
 }
 
 perp__world_contact *perp__append_contact(const perp_world *world, perp__contact_set *set,
-                                          const perp__pair *pair, const perp__point *point)
+                                          const perp__pair *pair, const perp__point *point,
+                                          const perp__state *states)
 {
     const int32_t i = set->count++;
 
-    write_contact(world, set, i, i > 0 ? &set->contacts[i - 1] : NULL, pair, point);
-    tie_bodies(set, i, 0);
+    write_contact(world, set, i, i > 0 ? &set->contacts[i - 1] : NULL, pair, point, states);
     return &set->contacts[i];
-}
-
-/* Arms from the mass centres of bodies in the given states. */
-static void set_arms(const perp__state *states, perp__world_contact *contact)
-{
-    perp__subtract3(contact->arms[0], contact->position, states[contact->body_a].position);
-    perp__subtract3(contact->arms[1], contact->position, states[contact->body_b].position);
 }
 
 void perp__prepare_contact(const perp_world *world, const perp__contact_set *set, int32_t i)
@@ -132,9 +122,8 @@ static void write_touching(const perp_world *world, int32_t i, const perp__world
         perp__repeat_contact(world, pair, k, i);
         return;
     }
-    write_contact(world, set, i, last, pair, point);
-    set_arms(world->states, &set->contacts[i]);
-    tie_bodies(set, i, !(set->contacts[i].gap > set->contacts[i].rounding));
+    write_contact(world, set, i, last, pair, point, world->states);
+    set->ties[i].closed = !(set->contacts[i].gap > set->contacts[i].rounding);
     perp__prepare_contact(world, set, i);
 }
 
@@ -177,7 +166,7 @@ static int32_t touch(const perp_world *world, perp__pair *pair, double h, perp__
             far = perp__greater(PERP__NEAR * perp__pair_size(world, pair),
                                 perp__longest_displacement(world, pair->body[1 - side], h));
     }
-    pair->same = perp__stays_same(world, pair);
+    pair->same = world->settled > 0 && perp__stays_same(world, pair);
     if (!pair->same)
         pair->made = perp__touching_points(world, pair, h, far, points);
     pair->open = pair->made == 0;
@@ -247,13 +236,23 @@ static perp_status gather_shares(perp_world *world, int32_t lanes, double h)
     return PERP_OK;
 }
 
-/* Decides how each pair takes part, and makes the points of those that touch plainly. */
-static perp_status touch_all(perp_world *world, double h)
+perp_status perp__find_contacts(perp_world *world, double h)
 {
     perp__point points[PERP__MAX_POINTS];
-    const int32_t lanes = perp__share_out(world, world->pair_count, touch_share, h);
-    perp_status status = PERP_OK;
+    perp_status status;
+    int32_t lanes = 0;
 
+    /* 1. Pairs, and what they remember. */
+    world->contacts.count = world->contacts.included = world->contacts.rubbing = 0;
+    world->rounds = 0;
+    status = perp__enclose_motions(world, h);
+    if (status == PERP_OK && world->memories_restored)
+        perp__find_memories(world);
+    if (status == PERP_OK && world->settled > 0)
+        perp__note_settled(world);
+    /* 2. How each pair takes part, and the points of those that touch plainly. */
+    if (status == PERP_OK)
+        lanes = perp__share_out(world, world->pair_count, touch_share, h);
     if (lanes > 0)
         status = gather_shares(world, lanes, h);
     for (int32_t i = 0; i < world->pair_count && status == PERP_OK; i++) {
@@ -273,23 +272,8 @@ static perp_status touch_all(perp_world *world, double h)
         }
     }
     world->contacts.early = world->contacts.count;
-    return status;
-}
-
-perp_status perp__find_contacts(perp_world *world, double h)
-{
-    perp_status status;
-
-    world->contacts.count = world->contacts.included = world->contacts.rubbing = 0;
-    world->rounds = 0;
-    status = perp__enclose_motions(world, h);
-    if (status == PERP_OK) {
-        perp__find_memories(world);
-        perp__note_settled(world);
-        status = touch_all(world, h);
-        if (status == PERP_OK && world->some_put && !world->awake_changed)
-            perp__find_put(world);
-    }
+    if (status == PERP_OK && world->some_put && !world->awake_changed)
+        perp__find_put(world);
     return status;
 }
 
@@ -297,7 +281,7 @@ perp_status perp__find_overlaps(perp_world *world, double ways)
 {
     perp__contact_set *set = &world->overlaps;
     perp__point points[PERP__MAX_POINTS];
-    perp_status status = perp__enclose_places(world, ways);
+    perp_status status = perp__enclose(world, world->awake, world->awake_count, 0.0, ways);
 
     set->count = 0;
     for (int32_t i = 0; i < world->pair_count && status == PERP_OK; i++) {
@@ -315,9 +299,7 @@ perp_status perp__find_overlaps(perp_world *world, double ways)
             made = perp__collide(&world->placed[pair->first], &world->placed[pair->second],
                                  world->settings.planar, margin, points);
         for (int32_t k = 0; k < made; k++) {
-            perp__world_contact *contact = perp__append_contact(world, set, pair, &points[k]);
-
-            set_arms(world->next, contact);
+            (void)perp__append_contact(world, set, pair, &points[k], world->next);
             set->ties[set->count - 1].included = 1;
         }
     }
@@ -380,11 +362,6 @@ static int32_t rotates(const perp__shape *shape)
 double perp__turning_reach(const perp__shape *shape)
 {
     return rotates(shape) ? shape->reach : 0.0;
-}
-
-double perp__shape_turning(const perp_world *world, const perp__shape *shape, double h)
-{
-    return perp__turning(world, shape->body, perp__turning_reach(shape), h);
 }
 
 void perp__moving_shape(const perp_world *world, int32_t shape, double h, perp__moving *moving)

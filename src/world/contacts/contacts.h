@@ -12,15 +12,14 @@
 
 /* pairs.c */
 /* Starts the motions of all that is awake. Pairs for all shapes that are near each other where
- * `placed`, or where `moving` takes them within h; the same after motions of islands changed; and
- * with room around each body for `ways` times its overlap, or where `ways` is 0 for what is not
- * covered where it is placed: what the motions at hand did not bring there. */
+ * `placed`, or where `moving` takes them within h. */
 perp_status perp__enclose_motions(perp_world *world, double h);
-perp_status perp__enclose_changes(perp_world *world, double h);
-perp_status perp__enclose_places(perp_world *world, double ways);
-/* Forces and times near the largest numbers can leave the range of doubles: refuses a body that
- * did; -1: none. */
-perp_status perp__check_range(const perp_world *world, int32_t body);
+/* The same for bodies of a list, where h is 0 where they are placed alone: all of them, with room
+ * for `ways` times their overlap; or, where that is 0, those whose boxes do not hold it yet. */
+perp_status perp__enclose(perp_world *world, const int32_t *bodies, int32_t count, double h,
+                          double ways);
+/* Forces and times near the largest numbers can leave the range of doubles: a body did. */
+perp_status perp__fail_range(const perp_world *world, int32_t body);
 /* Whether the fat boxes of a body hold what a twist makes of it from its state on. */
 int32_t perp__stays_enclosed(const perp_world *world, int32_t body, const double *moving, double h);
 /* Asks memory for what is read soon. Kernels, as calls of what has no effect are left out. */
@@ -93,7 +92,6 @@ static inline double perp__turning(const perp_world *world, int32_t body, double
 
     return h * (fabs(spin[0]) + fabs(spin[1]) + fabs(spin[2])) * reach;
 }
-double perp__shape_turning(const perp_world *world, const perp__shape *shape, double h);
 /* A shape on the way of its body's motion, and how far its points go, at most. */
 void perp__moving_shape(const perp_world *world, int32_t shape, double h, perp__moving *moving);
 double perp__way_of(const perp__moving *shape);
@@ -125,7 +123,8 @@ perp_status perp__find_contacts(perp_world *world, double h);
  * nothing touched; and all of a pair's points that are farther apart than `least` at the start. */
 perp_status perp__reserve_contacts(perp_world *world, perp__contact_set *set, int32_t needed);
 perp__world_contact *perp__append_contact(const perp_world *world, perp__contact_set *set,
-                                          const perp__pair *pair, const perp__point *point);
+                                          const perp__pair *pair, const perp__point *point,
+                                          const perp__state *states);
 void perp__prepare_contact(const perp_world *world, const perp__contact_set *set, int32_t i);
 perp_status perp__append_points(perp_world *world, perp__pair *pair, const perp__point *points,
                                 int32_t count, double least);
@@ -159,9 +158,10 @@ void perp__hand_over(const perp_world *world, const perp__pair *pair);
 /* warm, base := what the last step left to the pair's point of that feature, if it did. */
 void perp__recall(const perp_world *world, const perp__pair *pair,
                   const perp__world_contact *contact, double *warm, double *base);
-/* Gives memories that came with a snapshot back to their pairs. */
+/* Gives memories that came with a snapshot, memories_restored, back to their pairs. */
 void perp__find_memories(perp_world *world);
-/* Which bodies are, with all that is near them, what they were when the last step began. */
+/* Where some are `settled`: which bodies are, with all that is near them, what they were when the
+ * last step began. */
 void perp__note_settled(perp_world *world);
 /* Whether the points of a pair are, to the last bit, those that it had then: pair->made; and
  * contact i of the step := point k of them. */

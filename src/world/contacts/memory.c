@@ -87,9 +87,9 @@ void perp__hand_over(const perp_world *world, const perp__pair *pair)
 
 void perp__note_settled(perp_world *world)
 {
-    for (int32_t i = 0; i < world->awake_count && world->settled > 0; i++)
+    for (int32_t i = 0; i < world->awake_count; i++)
         world->roles[world->awake[i]].calm = world->roles[world->awake[i]].repeats;
-    for (int32_t i = 0; i < world->pair_count && world->settled > 0; i++) {
+    for (int32_t i = 0; i < world->pair_count; i++) {
         const perp__pair *pair = perp__ordered_pair(world, i);
         perp__role *a = &world->roles[pair->body[0]], *b = &world->roles[pair->body[1]];
 
@@ -111,8 +111,8 @@ int32_t perp__stays_same(const perp_world *world, const perp__pair *pair)
 {
     const int32_t a = pair->body[0], b = pair->body[1];
 
-    return world->settled > 0 && pair->steps == world->coasting &&
-           (pair->plain || !pair->changed) && is_settled(world, a, b) && is_settled(world, b, a);
+    return pair->steps == world->coasting && (pair->plain || !pair->changed) &&
+           is_settled(world, a, b) && is_settled(world, b, a);
 }
 
 void perp__repeat_contact(const perp_world *world, const perp__pair *pair, int32_t k, int32_t i)
@@ -161,8 +161,6 @@ void perp__find_memories(perp_world *world)
 {
     perp__pair *pair = NULL;
 
-    if (!world->memories_restored)
-        return;
     world->memories_restored = 0;
     for (int32_t i = 0; i < world->pair_slots; i++)
         world->pairs[i].memories = 0;
@@ -228,8 +226,8 @@ void perp__remember(perp_world *world)
             perp__write_memory(set, k, &memories[count++]);
         pair->memories = count - pair->first_memory;
         pair->changed = pair->first_kept >= 0 || is_news(world, pair);
-        perp__drop_kept(world, pair->first_kept);
-        pair->first_kept = -1;
+        if (pair->first_kept >= 0)
+            perp__drop_kept(world, &pair->first_kept);
         early += pair->made;
     }
 

@@ -206,7 +206,7 @@ static void order_pairs(perp_world *world)
 
     if (world->pairs_changed >= 2) {
         sort_pairs(world);
-    } else if (world->pairs_changed) { /* what came and went since they were sorted */
+    } else { /* what came and went since they were sorted */
         int32_t old = sift_pairs(world, order, world->pair_count, 1);
         int32_t count = sift_pairs(world, added, world->pairs_added, 0);
 
@@ -303,11 +303,10 @@ static perp_status find_partners(perp_world *world, int32_t shape)
     return status;
 }
 
-perp_status perp__check_range(const perp_world *world, int32_t body)
+perp_status perp__fail_range(const perp_world *world, int32_t body)
 {
-    return body < 0 ? PERP_OK
-                    : perp__fail(world->context, PERP_ERROR_NOT_FINITE,
-                                 "the step takes body %d beyond the range of numbers", (int)body);
+    return perp__fail(world->context, PERP_ERROR_NOT_FINITE,
+                      "the step takes body %d beyond the range of numbers", (int)body);
 }
 
 static double space_of(const perp__shape *shape, double speed)
@@ -318,18 +317,18 @@ static double space_of(const perp__shape *shape, double speed)
 /* Whether the shape's fat box holds the box, and is not too fat for it. */
 static int32_t is_held(const perp_world *world, int32_t i, const perp__bounds *box, double space)
 {
+    const perp__bounds *fat;
     double excess = 0.0;
-    int32_t held = world->shapes[i].leaf != NONE && perp__bounds_contain(fat_box(world, i), box);
 
-    if (held && world->rounds == 0) {
-        const perp__bounds *fat = fat_box(world, i);
-
-        for (int32_t k = 0; k < 3; k++)
-            excess =
-                perp__greater(excess, (fat->high[k] - fat->low[k]) - (box->high[k] - box->low[k]));
-        held = !(excess > AHEAD * 2.0 * space);
+    if (world->shapes[i].leaf == NONE)
+        return 0;
+    fat = fat_box(world, i);
+    for (int32_t k = 0; k < 3; k++) {
+        if (!(fat->low[k] <= box->low[k] && box->high[k] <= fat->high[k]))
+            return 0;
+        excess = perp__greater(excess, (fat->high[k] - fat->low[k]) - (box->high[k] - box->low[k]));
     }
-    return held;
+    return world->rounds > 0 || !(excess > AHEAD * 2.0 * space);
 }
 
 /* Lets the box hold what the body's motion does to the shape; returns how far that takes it. */
@@ -376,7 +375,7 @@ static perp_status enclose(perp_world *world, int32_t body, double h, double mor
             box.high[k] = box.high[k] + space + (ahead[k] > 0.0 ? ahead[k] : 0.0);
         }
         if (!(perp__is_finite3(box.low) && perp__is_finite3(box.high)))
-            return perp__check_range(world, body);
+            return perp__fail_range(world, body);
         if (shape->leaf != NONE)
             perp__tree_remove(&world->tree, shape->leaf);
         shape->leaf = perp__tree_insert(&world->tree, &box, i);
@@ -438,18 +437,17 @@ perp_status perp__enclose_motions(perp_world *world, double h)
 
         if (!perp__has_pairs(world, body) && perp__glide(world, body, h))
             continue;
-        status = perp__check_range(world, perp__start_motion(world, body, h) ? -1 : body);
-        PERP__THEN(status, enclose(world, body, h, 0.0));
+        status = perp__start_motion(world, body, h) ? enclose(world, body, h, 0.0)
+                                                    : perp__fail_range(world, body);
         world->lively[world->lively_count++] = body;
     }
-    order_pairs(world);
+    if (world->pairs_changed)
+        order_pairs(world);
     return status;
 }
 
-/* Those of a list: all with `ways` times their overlap around them; or, where `ways` is 0, those
- * whose boxes do not hold what they do yet. */
-static perp_status enclose_all(perp_world *world, const int32_t *bodies, int32_t count, double h,
-                               double ways)
+perp_status perp__enclose(perp_world *world, const int32_t *bodies, int32_t count, double h,
+                          double ways)
 {
     perp_status status = PERP_OK;
 
@@ -461,19 +459,9 @@ static perp_status enclose_all(perp_world *world, const int32_t *bodies, int32_t
             status = enclose(world, bodies[i], h, widens ? ways * motion->overlap : 0.0);
         motion->enclosed |= h > 0.0;
     }
-    order_pairs(world);
+    if (world->pairs_changed)
+        order_pairs(world);
     return status;
-}
-
-perp_status perp__enclose_changes(perp_world *world, double h)
-{
-    return enclose_all(world, world->body_order, perp__count_members(world), h, 0.0);
-}
-
-perp_status perp__enclose_places(perp_world *world, double ways)
-{
-    return ways > 0.0 ? enclose_all(world, world->awake, world->awake_count, 0.0, ways)
-                      : enclose_all(world, world->lively, world->lively_count, 0.0, 0.0);
 }
 
 /* Takes a shape off a list of shapes. */

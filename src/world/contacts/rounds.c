@@ -92,7 +92,8 @@ static perp_status join_pair(perp_world *world, perp__pair *pair, double h)
     perp__moving_shape(world, pair->second, h, &b);
     for (i = 0; i < made && status == PERP_OK; i++) {
         perp__contact_set *set = &world->contacts;
-        perp__world_contact *contact = perp__append_contact(world, set, pair, &points[i]);
+        perp__world_contact *contact =
+            perp__append_contact(world, set, pair, &points[i], world->states);
         const int32_t number = set->count - 1;
 
         if (has_points(pair)) /* what a feature remembers is the first point's */
@@ -280,26 +281,6 @@ static perp_status add_spare(perp_world *world, int32_t body)
     return status;
 }
 
-/* Motions that the islands changed: all others are what they were. */
-static perp_status look_for_new_motions(perp_world *world, double h)
-{
-    perp_status status = PERP_OK;
-
-    for (int32_t i = perp__count_members(world); i-- > 0 && status == PERP_OK;) {
-        const int32_t body = world->body_order[i];
-        perp__motion *motion = &world->motions[body];
-
-        if (memcmp(motion->tried, motion->moving, sizeof motion->tried) == 0)
-            continue;
-        memcpy(motion->tried, motion->moving, sizeof motion->tried);
-        world->moved[body] = world->rounds;
-        motion->enclosed = 0;
-        if (!(perp__longest_displacement(world, body, h) < motion->spare))
-            status = add_spare(world, body);
-    }
-    return status;
-}
-
 /* Pairs that meet, or sink into each other, of bodies whose motion is not the one that was looked
  * at last: listed from where the share begins. */
 static void collision_share(perp_world *world, perp__share *share, double h)
@@ -334,7 +315,8 @@ static void collision_share(perp_world *world, perp__share *share, double h)
 /* Collisions of pairs. */
 static perp_status join_collisions(perp_world *world, double h)
 {
-    perp_status status = perp__enclose_changes(world, h);
+    perp_status status =
+        perp__enclose(world, world->body_order, perp__count_members(world), h, 0.0);
     int32_t *const met = world->met_pairs;
     perp__share all = {0};
     int32_t lanes;
@@ -371,7 +353,20 @@ perp_status perp__join_contacts(perp_world *world, double h, double deep, int32_
     *came = 0;
     if (++world->rounds > MAX_ROUNDS)
         return PERP_OK;
-    status = look_for_new_motions(world, h);
+    /* 1. Motions that the islands changed: all others are what they were. */
+    for (int32_t i = perp__count_members(world); i-- > 0 && status == PERP_OK;) {
+        const int32_t body = world->body_order[i];
+        perp__motion *motion = &world->motions[body];
+
+        if (memcmp(motion->tried, motion->moving, sizeof motion->tried) == 0)
+            continue;
+        memcpy(motion->tried, motion->moving, sizeof motion->tried);
+        world->moved[body] = world->rounds;
+        motion->enclosed = 0;
+        if (!(perp__longest_displacement(world, body, h) < motion->spare))
+            status = add_spare(world, body);
+    }
+    /* 2. What they make meet, and which points are due. */
     PERP__THEN(status, join_collisions(world, h));
     if (status == PERP_OK)
         *came = perp__include_points(world, h, deep);

@@ -18,37 +18,6 @@ static void exchange(perp_world *world, perp__waiting *waiting)
     waiting->arena = arena;
 }
 
-static int32_t is_small(const perp__island *island)
-{
-    return island->joints == 0 && island->contacts <= PERP__BATCH_CONTACTS;
-}
-
-perp_status perp__fit_batch(perp_world *world)
-{
-    int32_t islands = 0, contacts = 0, bodies = 0;
-    perp_status status = PERP_OK;
-
-    for (int32_t i = 0; i < world->island_count; i++) {
-        const perp__island *island = &world->islands[i];
-
-        if (!is_small(island) || perp__is_worth_exact(world, island))
-            continue;
-        islands++;
-        perp__raise_room(&contacts, island->contacts);
-        perp__raise_room(&bodies, island->bodies + island->contacts);
-    }
-    if (islands > 0 && !world->batch)
-        world->batch = perp__allocate_zeros(world->context, 1, sizeof *world->batch, "the islands");
-    if (islands > 0 && !world->batch)
-        return PERP_ERROR_MEMORY;
-    for (int32_t k = 0; k < islands && k < PERP__BATCH_ISLANDS && status == PERP_OK; k++) {
-        exchange(world, &world->batch->waiting[k]);
-        status = perp__fit_work(world, contacts, bodies, 0);
-        exchange(world, &world->batch->waiting[k]);
-    }
-    return status;
-}
-
 void perp__release_batch(perp_world *world)
 {
     for (int32_t k = 0; k < PERP__BATCH_ISLANDS && world->batch; k++)
@@ -60,20 +29,27 @@ void perp__release_batch(perp_world *world)
 
 int32_t perp__joins_batch(const perp_world *world, const perp__island *island)
 {
-    return is_small(island) && !world->budget.limited && world->budget.iterations == INT64_MAX;
+    return island->joints == 0 && island->contacts <= PERP__BATCH_CONTACTS &&
+           !world->budget.limited && world->budget.iterations == INT64_MAX;
 }
 
 perp_status perp__wait_for_sweep(perp_world *world, int32_t number, double h,
                                  const perp__verdict *before, perp__verdict *verdict)
 {
     const perp__island *island = &world->islands[number];
-    perp__waiting *waiting = &world->batch->waiting[world->batch->count];
+    perp__waiting *waiting;
     perp_status status;
 
+    if (!world->batch)
+        world->batch = perp__allocate_zeros(world->context, 1, sizeof *world->batch, "the islands");
+    if (!world->batch)
+        return PERP_ERROR_MEMORY;
+    waiting = &world->batch->waiting[world->batch->count];
     waiting->island = number;
     waiting->before = *before;
     exchange(world, waiting);
-    status = perp__begin_sweep(world, island, h, verdict, &waiting->sweeping);
+    status = perp__fit_work(world, island->contacts, island->bodies + island->contacts, 0);
+    PERP__THEN(status, perp__begin_sweep(world, island, h, verdict, &waiting->sweeping));
     if (status == PERP_OK && verdict->stands)
         status = perp__end_sweep(world, island, h, verdict, &waiting->sweeping);
     else if (status == PERP_OK)
@@ -94,13 +70,14 @@ static perp_status end_wait(perp_world *world, perp__waiting *waiting, double h)
     perp__take_sweep(world, island, &waiting->sweeping);
     status = perp__end_sweep(world, island, h, &waiting->verdict, &waiting->sweeping);
     exchange(world, waiting);
+    PERP__THEN(status, perp__keep_sweep(world, island, h, &waiting->before, &waiting->verdict));
     return status;
 }
 
 perp_status perp__sweep_batch(perp_world *world, double h, int32_t *last)
 {
     perp__coloured_part parts[PERP__BATCH_ISLANDS];
-    const int32_t count = world->batch ? world->batch->count : 0;
+    const int32_t count = world->batch->count;
     perp_status status = PERP_OK;
 
     for (int32_t k = 0; k < count; k++) {
@@ -122,8 +99,7 @@ perp_status perp__sweep_batch(perp_world *world, double h, int32_t *last)
         const int64_t spent = world->budget.spent;
 
         status = end_wait(world, waiting, h);
-        status = perp__conclude_one(world, waiting->island, h, &waiting->before, &waiting->verdict,
-                                    status, last);
+        perp__conclude_one(world, waiting->island, h, &waiting->verdict, status, last);
         world->islands[waiting->island].spent += world->budget.spent - spent;
     }
     return status;

@@ -42,9 +42,12 @@ int32_t perp__find_carrying(const perp_world *world, const perp__island *island,
         carrying->motion = is_moving(world, body) ? PERP__CARRIED_ALONG : PERP__CARRIED_AT_REST;
         carrying->body = body;
     }
-    for (int32_t k = 0; k < ties && carrying->body >= 0 && !carrying->parts; k++)
-        carrying->parts = !perp__is_dynamic(world, perp__tied_body(world, island, k)) &&
-                          !perp__moves_with(world, carrying, perp__tied_body(world, island, k));
+    for (int32_t k = 0; k < ties && carrying->body >= 0 && !carrying->parts; k++) {
+        const int32_t body = perp__tied_body(world, island, k);
+
+        carrying->parts = body != carrying->body && !perp__is_dynamic(world, body) &&
+                          !perp__moves_with(world, carrying, body);
+    }
     return moving ? carrying->body >= 0 : !carrying->parts;
 }
 

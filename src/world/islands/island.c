@@ -149,13 +149,12 @@ perp_status perp__build_islands(perp_world *world, const perp__contact_set *set,
         if (joins(set, i, pressing) && world->roles[a].dynamic && world->roles[b].dynamic)
             perp__join(world->parent, a, b);
     }
-    for (int32_t k = 0; k < 2 * world->joint_slots; k++)
-        if (perp__joint_works(world, k / 2))
-            world->roles[world->joints[k / 2].body[k % 2]].jointed = 1;
-    perp__join_joined(world);
+    if (world->joint_count > 0)
+        perp__join_joined(world);
     /* 2. Their order. */
     order_bodies(world);
     order_contacts(world, set, pressing);
-    order_joints(world);
+    if (world->joint_count > 0)
+        order_joints(world);
     return PERP_OK;
 }

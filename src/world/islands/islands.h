@@ -120,16 +120,18 @@ perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary
  * island that ended the work, a failure or a ray; unchanged where there is none. */
 perp_status perp__solve_one(perp_world *world, int32_t number, double h, int32_t *last);
 perp_status perp__end_solving(perp_world *world, double h, perp_status status, int32_t *last);
-/* Of one that was swept, with that status: the rest. */
-perp_status perp__conclude_one(perp_world *world, int32_t number, double h,
-                               const perp__verdict *before, perp__verdict *verdict,
-                               perp_status status, int32_t *last);
+/* What sweeps came to, or the exact solution where that is no answer, or nearly rest. */
+perp_status perp__keep_sweep(perp_world *world, const perp__island *island, double h,
+                             const perp__verdict *before, perp__verdict *verdict);
+/* What is known of an island now, solved with that status, for its bodies and *last. */
+void perp__conclude_one(perp_world *world, int32_t number, double h, perp__verdict *verdict,
+                        perp_status status, int32_t *last);
 /* Whether nothing but forces moves a body, be there contacts beside it or not. */
 int32_t perp__goes_freely(const perp_world *world, int32_t body);
 
 /* problem.c */
-/* Makes the workspace fit the largest island, and those of a batch what may be in one; or as many
- * contacts with joints' units, and bodies with what moves as it is told. */
+/* Makes the workspace fit the largest island; or as many contacts with joints' units, and bodies
+ * with what moves as it is told. */
 perp_status perp__fit_island_work(perp_world *world);
 perp_status perp__fit_work(perp_world *world, int32_t contacts, int32_t bodies, int32_t jointed);
 /* The coordinates of a twist, and back; C with M^-1 = C C', row-major. */

@@ -77,9 +77,8 @@ int32_t perp__shares_islands(const perp_world *world)
 {
     const perp__island *last = world->islands + world->island_count - 1;
 
-    return world->lane_count > 0 && world->island_count > 1 &&
-           last->first_body + last->first_contact >= FEW && !world->budget.limited &&
-           world->budget.iterations == INT64_MAX;
+    return world->island_count > 1 && last->first_body + last->first_contact >= FEW &&
+           !world->budget.limited && world->budget.iterations == INT64_MAX;
 }
 
 static int32_t is_kinematic(const perp_world *world, int32_t body)
@@ -132,7 +131,6 @@ static void solve_lane(int32_t k, void *data)
     lane->world.batch = own.batch;
     lane->last = -1;
     lane->status = perp__fit_island_work(&lane->world);
-    PERP__THEN(lane->status, perp__fit_batch(&lane->world));
     if (lane->status != PERP_OK)
         lane->last = 0;
     for (int32_t i = k; i < at->world->island_count && lane->last < 0; i += at->world->lane_count)

@@ -81,9 +81,8 @@ static perp_status follow(perp_world *world, const perp__island *island, double 
     return status;
 }
 
-/* What sweeps came to, or the exact solution where that is no answer, or nearly rest. */
-static perp_status keep_sweep(perp_world *world, const perp__island *island, double h,
-                              const perp__verdict *before, perp__verdict *verdict)
+perp_status perp__keep_sweep(perp_world *world, const perp__island *island, double h,
+                             const perp__verdict *before, perp__verdict *verdict)
 {
     verdict->sketched =
         !verdict->stands &&
@@ -135,7 +134,7 @@ static perp_status solve_island(perp_world *world, int32_t number, double h, per
         }
         perp__begin_joints(world, island, h, 0);
         status = perp__sweep_island(world, island, h, verdict);
-        return status == PERP_OK ? keep_sweep(world, island, h, &before, verdict) : status;
+        return status == PERP_OK ? perp__keep_sweep(world, island, h, &before, verdict) : status;
     }
     return follow(world, island, h, known, &before, verdict);
 }
@@ -171,9 +170,10 @@ static int32_t turns_far(const perp_world *world, const perp__island *island, do
     return far;
 }
 
-/* What is known of an island now, for its bodies. */
-static void note(perp_world *world, const perp__island *island, double h, perp__verdict *verdict)
+void perp__conclude_one(perp_world *world, int32_t number, double h, perp__verdict *verdict,
+                        perp_status status, int32_t *last)
 {
+    const perp__island *island = &world->islands[number];
     const int32_t no_projection = verdict->swept && !perp__has_put(world, island);
 
     if (verdict->stands && verdict->rides && verdict->impacts == 0)
@@ -181,13 +181,13 @@ static void note(perp_world *world, const perp__island *island, double h, perp__
     verdict->rough |= island->joints == 0 && turns_far(world, island, h);
     verdict->endless = 0;
     for (int32_t k = 0; k < island->contacts; k++) {
-        const int32_t number = world->contact_order[island->first_contact + k];
+        const int32_t at = world->contact_order[island->first_contact + k];
 
-        world->contacts.ties[number].fresh = 0;
+        world->contacts.ties[at].fresh = 0;
         if (!verdict->stands)
-            memset(world->contacts.responses[number].base, 0, 3 * sizeof(double));
-        if (!verdict->stands || !world->contacts.ties[number].repeats) /* else it was looked at */
-            verdict->endless += !perp__is_finite_contact(&world->contacts, number);
+            memset(world->contacts.responses[at].base, 0, 3 * sizeof(double));
+        if (!verdict->stands || !world->contacts.ties[at].repeats) /* else it was looked at */
+            verdict->endless += !perp__is_finite_contact(&world->contacts, at);
     }
     for (int32_t k = 0; k < island->bodies; k++) {
         const double *w = perp__island_motion(world, island, k)->moving + 3;
@@ -198,20 +198,8 @@ static void note(perp_world *world, const perp__island *island, double h, perp__
         role->far |= island->joints > 0 &&
                      0.5 * h * h * perp__dot3(w, w) > fmax(perp__level_of(world)->deep, PERP__NEAR);
     }
-}
-
-perp_status perp__conclude_one(perp_world *world, int32_t number, double h,
-                               const perp__verdict *before, perp__verdict *verdict,
-                               perp_status status, int32_t *last)
-{
-    const perp__island *island = &world->islands[number];
-
-    if (status == PERP_OK && before)
-        status = keep_sweep(world, island, h, before, verdict);
-    note(world, island, h, verdict);
     if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
         *last = number;
-    return status;
 }
 
 perp_status perp__solve_one(perp_world *world, int32_t number, double h, int32_t *last)
@@ -239,7 +227,7 @@ perp_status perp__solve_one(perp_world *world, int32_t number, double h, int32_t
     }
     status = solve_island(world, number, h, &verdict, &waits);
     if (!waits)
-        status = perp__conclude_one(world, number, h, NULL, &verdict, status, last);
+        perp__conclude_one(world, number, h, &verdict, status, last);
     island->spent = world->budget.spent - spent;
     if (world->batch && world->batch->count == PERP__BATCH_ISLANDS)
         status = perp__sweep_batch(world, h, last);
@@ -249,7 +237,7 @@ perp_status perp__solve_one(perp_world *world, int32_t number, double h, int32_t
 perp_status perp__end_solving(perp_world *world, double h, perp_status status, int32_t *last)
 {
     int32_t ended = -1;
-    const perp_status own = perp__sweep_batch(world, h, &ended);
+    const perp_status own = world->batch ? perp__sweep_batch(world, h, &ended) : PERP_OK;
 
     if (ended < 0 || (*last >= 0 && *last < ended))
         return status;
@@ -295,10 +283,10 @@ static perp_status solve_changed(perp_world *world, double h, perp__solve_summar
     perp_status status = perp__build_islands(world, &world->contacts, 0);
 
     PERP__THEN(status, perp__fit_island_work(world));
-    PERP__THEN(status, perp__fit_batch(world));
     if (status == PERP_OK)
-        status = perp__shares_islands(world) ? perp__solve_in_lanes(world, h, &last)
-                                             : solve_in_turn(world, h, &last);
+        status = world->lane_count > 0 && perp__shares_islands(world)
+                     ? perp__solve_in_lanes(world, h, &last)
+                     : solve_in_turn(world, h, &last);
     if (status == PERP_OK)
         summarise(world, summary);
     if (status == PERP_OK && last >= 0) {

@@ -97,7 +97,7 @@ static void go_there(perp_world *world, const perp__island *island, double share
         perp__twist_of(world, work->v + world->dof * i, shift);
         perp__add3(turn, share, shift + 3);
         perp__add3(next->position, share, shift);
-        perp__turn(world, next, turn);
+        perp__turn(world, next, 1.0, turn);
     }
 }
 

@@ -137,7 +137,7 @@ perp_status perp__check_joints(const perp_world *world);
 void perp__keep_joints(perp_world *world);
 /* Rows of all joints, those asleep too. */
 int32_t perp__count_joint_rows(const perp_world *world);
-/* Joins the parts of joined bodies in world->parent. */
+/* Joins the parts of joined bodies in world->parent, and notes that these are jointed. */
 void perp__join_joined(perp_world *world);
 /* For rest.c: what may not sleep for its joints is not calm. */
 void perp__upset_joints(perp_world *world);

@@ -341,10 +341,8 @@ double perp__energy_gained(const perp_world *world, const perp__island *island, 
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
 
-        if (!perp__stays(world, body)) {
-            gained -= perp__energy_lost(world, body, frame);
-            *rounding += perp__energy_rounding(world, body, frame);
-        }
+        if (!perp__stays(world, body))
+            gained -= perp__energy_lost(world, body, frame, rounding);
     }
     return gained;
 }
@@ -354,7 +352,8 @@ static double energy_given(const perp_world *world, const perp__island *island)
 {
     double rounding, given = perp__energy_gained(world, island, &rounding);
 
-    given -= work_of_motors(world, island);
+    if (island->joints > 0)
+        given -= work_of_motors(world, island);
     return given > 0.0 ? fmax(given - rounding, 0.0) : given;
 }
 
@@ -549,6 +548,8 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed)
         const perp__island *island = &world->islands[i];
         int32_t closed = 0;
 
+        if (island->joints == 0)
+            continue;
         status = perp__close_island(world, island, world->step_length, &closed);
         if (perp__island_motion(world, island, 0)->verdict.swings)
             PERP__THEN(status, end_swing(world, island));

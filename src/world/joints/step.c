@@ -394,8 +394,10 @@ void perp__join_joined(perp_world *world)
     for (int32_t i = 0; i < world->joint_slots; i++) {
         const int32_t *body = world->joints[i].body;
 
-        if (perp__joint_works(world, i) && perp__is_dynamic(world, body[0]) &&
-            perp__is_dynamic(world, body[1]))
+        if (!perp__joint_works(world, i))
+            continue;
+        world->roles[body[0]].jointed = world->roles[body[1]].jointed = 1;
+        if (perp__is_dynamic(world, body[0]) && perp__is_dynamic(world, body[1]))
             perp__join(world->parent, body[0], body[1]);
     }
 }

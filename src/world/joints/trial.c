@@ -48,8 +48,8 @@ static void pose_along(const perp_world *world, int32_t body, double t, perp__pl
     perp__add3(state.position, t, motion->trial);
     for (int32_t k = 0; k < 3; k++)
         turn[k] = t * motion->trial[3 + k];
-    perp__turn(world, &state, drift + 3);
-    perp__turn(world, &state, turn);
+    perp__turn(world, &state, 1.0, drift + 3);
+    perp__turn(world, &state, t, motion->trial + 3);
     perp__copy3(pose->position, state.position);
     if (perp__is_zero3(drift + 3) && perp__is_zero3(turn))
         memcpy(pose->rotation, motion->rotation, sizeof pose->rotation);
