@@ -296,8 +296,9 @@ static void hand_over(perp__contact_rows *own, const perp__contact_rows *old)
                 break;
             }
         }
-    if (own->bilateral == old->bilateral && own->bilateral > 0)
-        memcpy(start + own->rows, before + old->rows, (size_t)own->bilateral * sizeof *start);
+    for (int32_t k = 0; k < 2 && own->bilateral == old->bilateral && own->bilateral > 0; k++)
+        memcpy(start + k * size + own->rows, before + k * old_size + old->rows,
+               (size_t)own->bilateral * sizeof *start);
 }
 
 /* w, b, r, u and start begin at 0, as H and G do. */
