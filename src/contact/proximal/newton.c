@@ -17,10 +17,9 @@
 /* Whose inverse is that ridge beside a unit diagonal; and from which on solutions are refined. */
 #define MOST_RHO (1.0 / PERP__RIDGE)
 #define REFINED (PERP__FIRST_RHO * PERP__WARM_RHO)
-#define SLOW 0.7
 #define WORSE 3.0
 
-enum { STEPS = 20, SLOW_STEPS = 3, HALVINGS = 6 };
+enum { STEPS = 20, HALVINGS = 6 };
 
 /* |F(v)|; F in s->rhs, z and the next centre in s->y. */
 static double evaluate(perp__proximal *s, const perp__proximal_part *part, double rho,
@@ -57,12 +56,10 @@ static int32_t solve_centre(perp__proximal *s, const perp__proximal_part *part, 
     const double length_x = perp__contact_length(s->x, part->row, part->last_row);
     const double enough = fmax(2.0 * DBL_EPSILON * (1.0 + length_x), 0.1 * fmin(s->residual, 1.0));
     double size;
-    int32_t slow = 0;
 
     memset(s->v + begin, 0, (size_t)(end - begin) * sizeof *s->v);
     size = evaluate(s, part, rho, s->v);
     for (int32_t step = 1; step <= STEPS && s->factorisations < s->limit; step++) {
-        const double before = size;
         double best = INFINITY, length = 1.0, looked = 1.0;
 
         /* 1. The step. */
@@ -99,9 +96,6 @@ static int32_t solve_centre(perp__proximal *s, const perp__proximal_part *part, 
         /* 3. The end. */
         if (size < enough)
             return step;
-        slow += size > SLOW * before;
-        if (slow >= SLOW_STEPS)
-            return -step;
     }
     return -STEPS;
 }
