@@ -119,8 +119,9 @@ int32_t perp__meets(const perp_world *world, int32_t i, double h, double end);
 /* contact_set.c */
 /* Starts a step's contacts: the points of shapes that touch plainly, none included yet. */
 perp_status perp__find_contacts(perp_world *world, double h);
-/* Room for so many contacts of a set; a point of a pair, of which there is room; its velocity as if
- * nothing touched; and all of a pair's points that are farther apart than `least` at the start. */
+/* Room for so many contacts of a set; a point of a pair, of which there is room, where bodies are
+ * in such states; its velocity as if nothing touched; and all of a pair's points that are farther
+ * apart than `least` at the start. */
 perp_status perp__reserve_contacts(perp_world *world, perp__contact_set *set, int32_t needed);
 perp__world_contact *perp__append_contact(const perp_world *world, perp__contact_set *set,
                                           const perp__pair *pair, const perp__point *point,
