@@ -36,8 +36,5 @@ void perp__cholesky_half_solve(int32_t n, const double *L, int32_t lda, double *
 /* B := A^-1 B with that L; B has `columns` columns. */
 void perp__cholesky_solve(int32_t n, int32_t columns, const double *L, int32_t lda, double *B,
                           int32_t ldb);
-/* 1 / cond_1 from the factors and the 1-norm of A; work: 4 n doubles, iwork: n. */
-double perp__lu_condition(int32_t n, const double *A, int32_t lda, double norm_1, double *work,
-                          int32_t *iwork);
 
 #endif

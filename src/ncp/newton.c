@@ -192,13 +192,34 @@ perp_status perp__ncp_start_run(perp__ncp_run *r)
     return perp__newton_set_point(f);
 }
 
-/* ---- the method that goes by Newton's steps alone ---- */
+/* ---- the method that goes by Newton's steps alone: first those of active sets, as long as each
+ * helps (a crash), where no path is followed ---- */
+
+/* Newton's step for mid(z - l, z - u, w) = 0, an active set's own. Psi has to fall at once. */
+static perp_status crash(perp__newton *f)
+{
+    perp_status status;
+
+    for (int32_t i = 0; i < f->n; i++) {
+        f->phi[i] = perp__mid(f->z[i], f->lower[i], f->upper[i], f->w[i]);
+        f->slope_w[i] = f->lower[i] < f->upper[i] && f->phi[i] == f->w[i] ? 1.0 : 0.0;
+        f->slope_z[i] = 1.0 - f->slope_w[i];
+    }
+    status = direction(f, 0.0);
+    perp__newton_appraise(f);
+    if (status == PERP_OK)
+        status = perp__newton_search(f, PERP__PROGRESS * f->psi, 0.0, NULL, PERP__HALVINGS);
+    return status == PERP__FACTOR_SINGULAR ? 0 : status;
+}
 
 static perp_status step(perp__newton *f, void *own)
 {
     perp__ncp_run *r = own;
-    perp_status moved;
+    perp_status moved = r->crashing ? crash(f) : 0;
 
+    r->crashing = moved == 1;
+    if (moved != 0)
+        return moved;
     perp__newton_follow_path(f);
     moved = perp__newton_by_direction(f);
     while (moved == 0 && perp__ncp_sharpen(r->model)) {
@@ -212,5 +233,6 @@ static perp_status step(perp__newton *f, void *own)
 
 perp_status perp__ncp_fischer(perp__ncp_run *r)
 {
+    r->crashing = !r->newton.path;
     return perp__newton_iterate(&r->newton, step, r);
 }

@@ -23,6 +23,7 @@ typedef struct perp__ncp_run {
     int32_t *pivots;
     perp__kept_factor factor; /* of a sparse H */
     int32_t scaled;           /* the run has its scaling */
+    int32_t crashing;         /* fischer: has moved by active sets alone */
 } perp__ncp_run;
 
 void perp__ncp_run_layout(perp__arena *arena, perp__ncp_run *run);

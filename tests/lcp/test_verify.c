@@ -7,6 +7,8 @@
 
 #include "suite.h"
 
+#include "lu_condition.h"
+
 #include "exact.h"
 #include "linalg/blas.h"
 #include "rational.h"
@@ -259,7 +261,7 @@ static double condition_of(const gen_lcp *problem)
     }
     if (perp__lu_factor(n, LU, n, pivots) != 0)
         return INFINITY;
-    return 1.0 / perp__lu_condition(n, LU, n, norm, work, iwork);
+    return 1.0 / lu_condition(n, LU, n, norm, work, iwork);
 }
 
 static void test_usefulness(void **state)

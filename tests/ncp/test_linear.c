@@ -173,6 +173,45 @@ static void test_random(void **state)
     }
 }
 
+/* From a point at the solution's bounds and near it between them, an active set's step is the whole
+ * way: the problem is linear. */
+static void test_near_starts(void **state)
+{
+    gen_random random;
+
+    (void)state;
+    gen_seed(&random, 311);
+    for (int draw = 0; draw < 40; draw++) {
+        const int bounds = draw % GEN_BOUNDS;
+        linear l = {0};
+        gen_lcp p;
+        perp_ncp_problem problem;
+        perp_ncp_settings settings = fresh_ncp_settings();
+        perp_ncp_result result = fresh_ncp_result();
+        double z[MOST], z0[MOST];
+
+        gen_problem(&p, &random, 12, GEN_PD_UNSYMMETRIC, bounds);
+        l.problem = &p;
+        l.storage = PERP_STORAGE_ROW_MAJOR;
+        problem = problem_of(&l, 1);
+        for (int32_t i = 0; i < p.n; i++) {
+            const double low = p.lower ? p.lower[i] : 0, high = p.upper ? p.upper[i] : INFINITY;
+            const double room = fmin(1, fmin(p.z[i] - low, high - p.z[i]));
+
+            /* between its bounds by more than what w becomes */
+            z0[i] = p.z[i] + gen_uniform(&random, -0x1p-8, 0x1p-8) * room;
+        }
+        settings.method = PERP_NCP_FISCHER;
+        settings.polish = 0;
+        assert_int_equal(perp_ncp_solve(context, z, NULL, &result, &settings, &problem, z0),
+                         PERP_OK);
+        assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+        if (result.iterations > 1)
+            fail_msg("draw %d: %d steps", draw, (int)result.iterations);
+        gen_destroy(&p);
+    }
+}
+
 /* A singular problem, many solutions: the residual is all there is to check. */
 static void test_low_rank(void **state)
 {
@@ -474,7 +513,8 @@ int main(void)
         cmocka_unit_test(test_random),          cmocka_unit_test(test_low_rank),
         cmocka_unit_test(test_programs),        cmocka_unit_test(test_twins),
         cmocka_unit_test(test_what_underflows), cmocka_unit_test(test_linear_programs),
-        cmocka_unit_test(test_residuals),       cmocka_unit_test(test_small_rows)};
+        cmocka_unit_test(test_residuals),       cmocka_unit_test(test_small_rows),
+        cmocka_unit_test(test_near_starts)};
 
     return cmocka_run_group_tests(tests, make, destroy);
 }

@@ -17,6 +17,7 @@
 #include "contact/solver.h"
 #include "lcp/lcp.h"
 #include "linalg/blas.h"
+#include "linalg/factor/factor.h"
 
 PERP__INIT(perp_contact_sensitivity_info)
 
@@ -39,8 +40,8 @@ struct perp_contact_sensitivity {
     int8_t *moves;                     /* size: is active */
     part *parts;                       /* slips */
     double *v, *r, *u;                 /* the point */
-    double *K, *work;                  /* count by count, and its factors; 4 count */
-    int32_t *pivots, *iwork;           /* count */
+    double *K, *work;                  /* count by count, and its factors; 2 count */
+    int32_t *pivots;                   /* count */
     double *units;                     /* size: 1 / sqrt(trace of W_kk): K has it on both sides */
     double *push, *dv, *free, *low;    /* n */
     double *d, *dr, *image, *step, *y; /* size */
@@ -197,6 +198,14 @@ static void read_set(perp_contact_sensitivity *s, perp_contact_sensitivity_info 
     }
 }
 
+/* x := K^-1 x, or K^-T x */
+static void solve_active(void *user, double *x, int32_t transposed)
+{
+    const perp_contact_sensitivity *s = user;
+
+    perp__lu_solve(s->count, s->K, s->count, s->pivots, x, transposed);
+}
+
 /* ---- K and its factors --------------------------------------------------------------------- */
 
 /* K, column by column, and its factors: image := (E W + F) x of a unit x on an active row. */
@@ -243,7 +252,7 @@ static perp_status factor(perp_contact_sensitivity *s, perp_contact_sensitivity_
     info->condition = INFINITY;
     if (isfinite(norm) && perp__lu_factor(s->count, s->K, s->count, s->pivots) == 0)
         info->condition =
-            1.0 / perp__lu_condition(s->count, s->K, s->count, norm, s->work, s->iwork);
+            1.0 / perp__reciprocal_condition(s->count, norm, s->work, solve_active, s);
     return PERP_OK;
 }
 
@@ -280,8 +289,8 @@ static void layout(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, n, &s->v, &s->push, &s->dv, &s->free, &s->low);
     PERP__DOUBLES(arena, size, &s->r, &s->u, &s->units, &s->d, &s->dr, &s->image, &s->step, &s->y);
     s->K = perp__arena_take(arena, size, size * sizeof(double));
-    s->work = perp__arena_take(arena, size, 4 * sizeof(double));
-    PERP__INTEGERS(arena, size, &s->active, &s->pivots, &s->iwork);
+    s->work = perp__arena_take(arena, size, 2 * sizeof(double));
+    PERP__INTEGERS(arena, size, &s->active, &s->pivots);
     s->moves = perp__arena_take(arena, size, 1);
     s->modes = perp__arena_take(arena, contacts + (size_t)s->bounded, sizeof(int32_t));
     s->parts = perp__arena_take(arena, 3 * contacts, sizeof(part));

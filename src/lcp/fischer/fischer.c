@@ -42,19 +42,6 @@ static perp_status evaluate(perp__newton *f, const double *z, double *w)
     return PERP_OK;
 }
 
-/* y += x S_j */
-static void add_column(const perp__matrix *S, int32_t j, double x, double *y)
-{
-    perp__matrix column = *S;
-
-    column.columns = 1;
-    if (S->column_starts)
-        column.column_starts += j;
-    else
-        column.values += (size_t)j * S->column_stride;
-    perp__multiply_add(&column, &x, y);
-}
-
 /* Sweeps of projected Gauss-Seidel by columns, which keep w up to date. */
 static void sweeps(perp__fischer_state *s, int32_t count)
 {
@@ -65,13 +52,14 @@ static void sweeps(perp__fischer_state *s, int32_t count)
     for (int32_t k = 0; k < count && !perp__is_past(p->control->deadline); k++) {
         for (int32_t j = 0; j < p->n; j++) {
             const double z = f->z[j];
+            const perp__line column = perp__line_of(&f->S, j);
             double diagonal = perp__entry(&f->S, j, j);
 
             if (!(diagonal > 0.0))
                 diagonal = p->row_norms[j] > 0.0 ? p->row_norms[j] : 1.0;
             f->z[j] = perp__clamp(z - f->w[j] / diagonal, p->lower[j], p->upper[j]);
-            if (f->z[j] != z)
-                add_column(&f->S, j, f->z[j] - z, f->w);
+            for (int32_t i = 0; i < column.count && f->z[j] != z; i++)
+                f->w[column.indices ? column.indices[i] : i] += (f->z[j] - z) * column.values[i];
         }
         perp__newton_note(f);
         if (!(f->best_residual <= PERP__PROGRESS * last))

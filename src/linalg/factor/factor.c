@@ -109,31 +109,6 @@ double perp__reciprocal_condition(int32_t n, double norm, double *work, perp__so
     return reciprocal < 1.0 ? reciprocal : 1.0;
 }
 
-typedef struct lu_factors {
-    int32_t n;
-    int32_t lda;
-    const double *A;
-    const int32_t *pivots;
-} lu_factors;
-
-static void solve_with_lu(void *user, double *x, int32_t transposed)
-{
-    const lu_factors *lu = user;
-
-    perp__lu_solve(lu->n, lu->A, lu->lda, lu->pivots, x, transposed);
-}
-
-double perp__lu_condition(int32_t n, const double *A, int32_t lda, double norm_1, double *work,
-                          int32_t *iwork)
-{
-    const lu_factors lu = {n, lda, A, iwork};
-
-    /* (P A)^-1 = A^-1 P' has the columns of A^-1 in another order: the same 1-norm */
-    for (int32_t i = 0; i < n; i++)
-        iwork[i] = i + 1;
-    return perp__reciprocal_condition(n, norm_1, work, solve_with_lu, (void *)&lu);
-}
-
 perp_status perp__lu_factor_finite(int32_t n, double *A, int32_t *pivots)
 {
     int32_t regular = perp__lu_factor(n, A, n, pivots) == 0;
