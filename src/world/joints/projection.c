@@ -442,38 +442,35 @@ static perp_status end_swing(perp_world *world, const perp__island *island)
     return PERP_OK;
 }
 
-/* What its turn gave of a body's energy, by an inertia beside its angular velocity; joints settle
- * that otherwise. */
-static double turn_gave(const perp_world *world, int32_t body)
+/* What its turn gave of a body's energy, by an inertia beside its angular velocity, or all that it
+ * has by turning; joints settle that otherwise. */
+static double turn_gave(const perp_world *world, int32_t body, int32_t all)
 {
     const perp__state *next = &world->next[body];
+    const double own = perp__kinetic_of(world, body, next, next->velocity);
     perp__state before = world->states[body];
 
     perp__copy3(before.angular_velocity, next->angular_velocity);
-    return world->roles[body].jointed
-               ? 0.0
-               : fmax(perp__kinetic_of(world, body, next, next->velocity) -
-                          perp__kinetic_of(world, body, &before, before.velocity),
-                      0.0);
+    if (world->roles[body].jointed)
+        return 0.0;
+    return all ? own : fmax(own - perp__kinetic_of(world, body, &before, before.velocity), 0.0);
 }
 
 /* Takes what the step gave from what turns gave, as far as that goes, each body's share from its
  * own angular velocity. Returns what is left. */
-static double take_from_turns(perp_world *world, const perp__island *island)
+static double take_from_turns(perp_world *world, const perp__island *island, int32_t all)
 {
     double sum = 0.0, share;
 
     for (int32_t i = 0; i < island->bodies; i++)
-        sum += turn_gave(world, world->body_order[island->first_body + i]);
+        sum += turn_gave(world, world->body_order[island->first_body + i], all);
     share = fmin(energy_given(world, island) / sum, 1.0);
     for (int32_t i = 0; i < island->bodies && share > 0.0; i++) {
         const int32_t body = world->body_order[island->first_body + i];
-        perp__state *next = &world->next[body];
-        const double gave = turn_gave(world, body),
-                     spin = perp__kinetic_of(world, body, next, next->velocity);
+        const double gave = turn_gave(world, body, all), spin = turn_gave(world, body, 1);
 
         for (int32_t k = 0; k < 3 && gave > 0.0; k++)
-            next->angular_velocity[k] *= sqrt(1.0 - share * gave / spin);
+            world->next[body].angular_velocity[k] *= sqrt(1.0 - share * gave / spin);
     }
     return energy_given(world, island);
 }
@@ -527,43 +524,51 @@ static void take_impulses(perp_world *world, const perp__island *island, double 
         perp__raise_to(&world->scaled, verdict->residual + t);
 }
 
-/* Takes what the step gave from ways, as far as these did more than those of the mean velocities,
- * to which forces do what kinetic energy says: out of overlap, or where an impact took velocity. */
+/* What its way gave of a body's energy beside that of its mean velocity, to which forces do what
+ * its kinetic energy says: beyond that a way is out of overlap, or of what an impact took away. */
+static double way_gave(const perp_world *world, int32_t body, double way[6])
+{
+    const perp__state *from = &world->states[body], *to = &world->next[body];
+
+    memset(way, 0, 6 * sizeof *way);
+    for (int32_t k = 0; k < 3; k++)
+        way[k] = to->position[k] - from->position[k] -
+                 0.5 * world->step_length * (from->velocity[k] + to->velocity[k]);
+    return fmax(perp__work_needed(world, body, way), 0.0);
+}
+
+/* Takes what the step gave from such ways, as far as that goes. */
 static double take_from_ways(perp_world *world, const perp__island *island, double given)
 {
-    double sum = 0.0, share = 0.0, way[6] = {0.0};
+    double sum = 0.0, share, way[6];
 
-    for (int32_t i = 0; i < 2 * island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i % island->bodies];
-        const perp__state *from = &world->states[body];
-        perp__state *to = &world->next[body];
-        double gave;
+    for (int32_t i = 0; i < island->bodies; i++)
+        sum += way_gave(world, world->body_order[island->first_body + i], way);
+    share = fmin(given / sum, 1.0);
+    for (int32_t i = 0; i < island->bodies && sum > 0.0; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
 
-        for (int32_t k = 0; k < 3; k++)
-            way[k] = to->position[k] - from->position[k] -
-                     0.5 * world->step_length * (from->velocity[k] + to->velocity[k]);
-        gave = fmax(perp__work_needed(world, body, way), 0.0);
-        if (i >= island->bodies && gave > 0.0)
-            perp__add3(to->position, -share, way);
-        else if (i < island->bodies)
-            share = fmin(given / (sum += gave), 1.0);
+        if (way_gave(world, body, way) > 0.0)
+            perp__add3(world->next[body].position, -share, way);
     }
     return energy_given(world, island);
 }
 
 /* Energy that was given goes whence it came, of bodies that impulses join: from turns, and where
- * contacts alone act from ways and then from these impulses, which leaves none. So momentum is that
- * of the impulses that are told. Returns what is left beside joints. */
+ * contacts alone act from ways, from these impulses, and from all that turns, which leaves none. So
+ * momentum is that of the impulses that are told. Returns what is left beside joints. */
 static double take_given(perp_world *world, const perp__island *island)
 {
-    double given = take_from_turns(world, island);
+    double given = take_from_turns(world, island, 0);
 
     if (island->joints > 0)
         return given;
     if (given > 0.0)
         given = take_from_ways(world, island, given);
-    if (given > 0.0)
+    if (given > 0.0) {
         take_impulses(world, island, given);
+        (void)take_from_turns(world, island, 1);
+    }
     return 0.0;
 }
 
