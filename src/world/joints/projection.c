@@ -475,9 +475,8 @@ static double take_from_turns(perp_world *world, const perp__island *island, int
     return energy_given(world, island);
 }
 
-/* Impulses give less, all in one ratio 1 - t, and ways half of what velocities lose: energy is less
- * by t d'M (v - g/2) - t^2 d'M d/2 then, with d what impulses make of v, and g what forces make of
- * velocities along ways. */
+/* Impulses give less, all in one ratio 1 - t, where the energy of what they make of velocities is
+ * less by so much then: by t (d'M v) - t^2 d'M d/2, with d what they make of v. */
 static void take_impulses(perp_world *world, const perp__island *island, double excess)
 {
     const perp__verdict *verdict = &perp__island_motion(world, island, 0)->verdict;
@@ -490,11 +489,8 @@ static void take_impulses(perp_world *world, const perp__island *island, double 
 
         perp__copy3(twist, world->next[body].velocity);
         perp__copy3(twist + 3, world->next[body].angular_velocity);
-        perp__add3(twist, -0.5, free);
-        perp__add3(twist, 0.5, world->states[body].velocity);
         perp__coordinates_of(world, twist, v);
-        perp__add3(twist, -0.5, free);
-        perp__add3(twist, -0.5, world->states[body].velocity);
+        perp__add3(twist, -1.0, free);
         perp__add3(twist + 3, -1.0, free + 3);
         perp__coordinates_of(world, twist, d);
         square += perp__mass_product(world, body, d, d);
@@ -509,10 +505,7 @@ static void take_impulses(perp_world *world, const perp__island *island, double 
         perp__state *next = &world->next[body];
 
         for (int32_t k = 0; k < 3; k++) {
-            const double taken = t * (next->velocity[k] - free[k]);
-
-            next->velocity[k] -= taken;
-            next->position[k] -= 0.5 * world->step_length * taken;
+            next->velocity[k] -= t * (next->velocity[k] - free[k]);
             next->angular_velocity[k] -= t * (next->angular_velocity[k] - free[3 + k]);
         }
     }
@@ -524,52 +517,18 @@ static void take_impulses(perp_world *world, const perp__island *island, double 
         perp__raise_to(&world->scaled, verdict->residual + t);
 }
 
-/* What its way gave of a body's energy beside that of its mean velocity, to which forces do what
- * its kinetic energy says: beyond that a way is out of overlap, or of what an impact took away. */
-static double way_gave(const perp_world *world, int32_t body, double way[6])
-{
-    const perp__state *from = &world->states[body], *to = &world->next[body];
-
-    memset(way, 0, 6 * sizeof *way);
-    for (int32_t k = 0; k < 3; k++)
-        way[k] = to->position[k] - from->position[k] -
-                 0.5 * world->step_length * (from->velocity[k] + to->velocity[k]);
-    return fmax(perp__work_needed(world, body, way), 0.0);
-}
-
-/* Takes what the step gave from such ways, as far as that goes. */
-static double take_from_ways(perp_world *world, const perp__island *island, double given)
-{
-    double sum = 0.0, share, way[6];
-
-    for (int32_t i = 0; i < island->bodies; i++)
-        sum += way_gave(world, world->body_order[island->first_body + i], way);
-    share = fmin(given / sum, 1.0);
-    for (int32_t i = 0; i < island->bodies && sum > 0.0; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
-
-        if (way_gave(world, body, way) > 0.0)
-            perp__add3(world->next[body].position, -share, way);
-    }
-    return energy_given(world, island);
-}
-
 /* Energy that was given goes whence it came, of bodies that impulses join: from turns, and where
- * contacts alone act from ways, from these impulses, and from all that turns, which leaves none. So
- * momentum is that of the impulses that are told. Returns what is left beside joints. */
+ * contacts alone act from these impulses, and from all that turns. So momentum is that of the
+ * impulses that are told. Returns what is left. */
 static double take_given(perp_world *world, const perp__island *island)
 {
     double given = take_from_turns(world, island, 0);
 
-    if (island->joints > 0)
-        return given;
-    if (given > 0.0)
-        given = take_from_ways(world, island, given);
-    if (given > 0.0) {
+    for (int32_t all = 0; all < 2 && given > 0.0 && island->joints == 0; all++) {
         take_impulses(world, island, given);
-        (void)take_from_turns(world, island, 1);
+        given = take_from_turns(world, island, all);
     }
-    return 0.0;
+    return given;
 }
 
 static void place_again(perp_world *world, const perp__island *island)
@@ -606,13 +565,12 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed)
 
         for (int32_t k = 0; k < island->bodies; k++)
             perp__island_motion(world, island, k)->unspent = fmax(-given, 0.0) / island->bodies;
-        if (!(given > 0.0))
-            continue;
-        *changed = 1;
-        given = take_given(world, island);
-        if (given > 0.0 && keep_energy(world, island, given))
+        *changed |= given > 0.0;
+        given = given > 0.0 ? take_given(world, island) : 0.0;
+        if (given > 0.0 && keep_energy(world, island, given)) {
             (void)perp__island_errors(world, island);
-        place_again(world, island);
+            place_again(world, island);
+        }
     }
     return status;
 }
