@@ -207,9 +207,9 @@ static perp_status crash(perp__newton *f)
     }
     status = direction(f, 0.0);
     perp__newton_appraise(f);
-    if (status == PERP_OK)
-        status = perp__newton_search(f, PERP__PROGRESS * f->psi, 0.0, NULL, PERP__HALVINGS);
-    return status == PERP__FACTOR_SINGULAR ? 0 : status;
+    if (status != PERP_OK)
+        return status < 0 ? status : 0;
+    return perp__newton_search(f, PERP__PROGRESS * f->psi, 0.0, NULL, PERP__HALVINGS);
 }
 
 static perp_status step(perp__newton *f, void *own)

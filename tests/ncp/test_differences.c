@@ -288,9 +288,63 @@ static void test_unknown_sizes(void **state)
     }
 }
 
+/* z + z^3 = 10: the points of Newton's method. */
+typedef struct cubic {
+    double at[20];
+    int32_t count;
+} cubic;
+
+static int32_t cubic_function(double *F, const double *z, void *user)
+{
+    (void)user;
+    F[0] = z[0] + z[0] * z[0] * z[0] - 10.0;
+    return 0;
+}
+
+static int32_t cubic_jacobian(double *values, const double *z, void *user)
+{
+    cubic *c = user;
+
+    assert_in_range(c->count, 0, 19);
+    c->at[c->count++] = z[0];
+    values[0] = 1.0 + 3.0 * z[0] * z[0];
+    return 0;
+}
+
+/* A free variable comes down a convex F by Newton's whole steps, each with the slope of its own
+ * point: its active set does not change. */
+static void test_free_variables_take_newtons_steps(void **state)
+{
+    static const double lower[] = {-INFINITY}, start[] = {20.0};
+    perp_ncp_problem problem = fresh_ncp_problem();
+    perp_ncp_settings settings = fresh_ncp_settings();
+    perp_ncp_result result = fresh_ncp_result();
+    double z[1], expected = start[0];
+    cubic c = {{0}, 0};
+
+    (void)state;
+    problem.n = 1;
+    problem.function = cubic_function;
+    problem.jacobian = cubic_jacobian;
+    problem.lower = lower;
+    problem.user = &c;
+    settings.method = PERP_NCP_FISCHER;
+    settings.polish = 0;
+    assert_int_equal(perp_ncp_solve(context, z, NULL, &result, &settings, &problem, start),
+                     PERP_OK);
+    assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+    assert_true(c.count > 6);
+    for (int32_t k = 0; k < c.count; k++) { /* units and sums round by some 1e-16 a step */
+        assert_true(fabs(c.at[k] - expected) <= 1e-13 * expected);
+        expected -=
+            (expected + expected * expected * expected - 10.0) / (1.0 + 3.0 * expected * expected);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_free_variables_take_newtons_steps),
         cmocka_unit_test(test_colours),
         cmocka_unit_test(test_unknown_sizes),
         cmocka_unit_test(test_check_names_the_entry),

@@ -220,12 +220,52 @@ static void test_second_step_of_a_size(void **state)
     scene_close(&s);
 }
 
+/* Stacks that slide on a floor, of three boxes and of six: once the small one is lifted away, the
+ * large one is the first to be swept. It was there before, so nothing is allocated. */
+static void test_islands_change_places(void **state)
+{
+    const double half[3] = {0.5, 0.5, 0.25}, up[3] = {0.0, 0.0, 1.0};
+    perp_shape_settings material = scene_material(0.3, 0.0);
+    enum { SMALL = 3, ALL = 9 };
+    perp_body boxes[ALL];
+    memory m = {0};
+    int calls;
+    scene s;
+
+    (void)state;
+    open_counted(&s, &m, 0.0);
+    SCENE_OK(&s, perp_world_add_plane(s.world, NULL, s.ground, up, 0.0, &material));
+    for (int i = 0; i < ALL; i++) {
+        perp_body_settings settings = scene_settings();
+
+        settings.position[0] = i < SMALL ? 0.0 : 10.0;
+        settings.position[2] = 0.25 + 0.5 * (i < SMALL ? i : i - SMALL);
+        settings.velocity[0] = 8.0;
+        SCENE_OK(&s, perp_world_add_body(s.world, &boxes[i], &settings));
+        SCENE_OK(&s, perp_world_add_box(s.world, NULL, boxes[i], half, &material));
+    }
+    for (int i = 0; i < 20; i++)
+        SCENE_OK(&s, perp_world_step(s.world, NULL, 0.01));
+    for (int i = 0; i < SMALL; i++) {
+        perp_body_state away = scene_state(&s, boxes[i]);
+
+        away.position[2] += 3.0 + i;
+        SCENE_OK(&s, perp_world_set_body(s.world, &away, boxes[i]));
+    }
+    calls = m.calls;
+    for (int i = 0; i < 10; i++)
+        SCENE_OK(&s, perp_world_step(s.world, NULL, 0.01));
+    assert_int_equal(m.calls, calls);
+    scene_close(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_every_allocation_may_fail),
         cmocka_unit_test(test_steady_steps_allocate_nothing),
         cmocka_unit_test(test_second_step_of_a_size),
+        cmocka_unit_test(test_islands_change_places),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -13,17 +13,18 @@
  * Newton's step for Phi is made instead. */
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 #include "lcp/fischer/fischer.h"
 
 #define TRIALS 3 /* values of rho in a step; steps that fail, before a pause of as many */
 
-/* Solves (W + S) x = b with x given on the rows of infinite weight W, and b on the others; image :=
- * S x. `uniform`: all finite weights are the same. PERP_OK, PERP__FACTOR_SINGULAR or _MEMORY. */
-static perp_status solve_rows(perp__fischer_state *s, int32_t uniform, double *x, double *image)
+/* Solves (W + S) x = b with x given on the rows of infinite weight W, and b on the others.
+ * `uniform`: all finite weights are the same. PERP_OK, PERP__FACTOR_SINGULAR or _MEMORY. */
+static perp_status solve_rows(perp__fischer_state *s, int32_t uniform, double *x)
 {
     perp__sparse_block *block = s->common.problem->block;
-    double *part = s->newton.part;
+    double *part = s->newton.part, *image = s->newton.image;
     const int32_t n = s->newton.n;
     int32_t *active = s->active, count = 0;
     perp_status status;
@@ -43,9 +44,6 @@ static perp_status solve_rows(perp__fischer_state *s, int32_t uniform, double *x
     for (int32_t k = 0; k < count; k++)
         x[active[k]] -= image[active[k]];
     perp__sparse_block_solve(block, x, 0);
-    for (int32_t i = 0; i < n; i++)
-        part[i] = isfinite(s->weights[i]) ? x[i] : 0.0;
-    perp__multiply_add(&s->newton.S, part, image);
     return PERP_OK;
 }
 
@@ -60,7 +58,7 @@ perp_status perp__fischer_direction(perp__newton *f, double rho)
         s->weights[i] = isfinite(weight) ? weight : INFINITY;
         f->d[i] = -f->phi[i] / (isfinite(weight) ? f->slope_w[i] : f->slope_z[i]);
     }
-    return solve_rows(s, 0, f->d, f->image);
+    return solve_rows(s, 0, f->d);
 }
 
 /* The trial is P(z + d), where d leads to (S + rho I) (z + d) + q - rho z = 0 between the bounds,
@@ -81,9 +79,11 @@ static perp_status try_places(perp__fischer_state *s, double rho)
                                                    : lower[i] - f->z[i];
     }
     f->trial_psi = INFINITY;
-    status = solve_rows(s, 1, f->d, f->image);
+    status = solve_rows(s, 1, f->d);
     if (status != PERP_OK)
         return status < 0 ? status : PERP_OK;
+    memset(f->image, 0, (size_t)f->n * sizeof *f->image);
+    perp__multiply_add(&f->S, f->d, f->image);
     for (int32_t i = 0; i < f->n; i++) {
         const double z = f->z[i] + f->d[i], w = f->w[i] + f->image[i];
 

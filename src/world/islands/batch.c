@@ -18,6 +18,35 @@ static void exchange(perp_world *world, perp__waiting *waiting)
     waiting->arena = arena;
 }
 
+int32_t perp__joins_batch(const perp_world *world, const perp__island *island)
+{
+    return island->joints == 0 && island->contacts <= PERP__BATCH_CONTACTS &&
+           !world->budget.limited && world->budget.iterations == INT64_MAX;
+}
+
+/* The workspaces of all islands that may wait have the same room, whichever of them comes first. */
+perp_status perp__fit_batch(perp_world *world)
+{
+    int32_t islands = 0, contacts = 0, bodies = 0;
+    perp_status status = PERP_OK;
+
+    for (int32_t i = 0; i < world->island_count; i++) {
+        const perp__island *island = &world->islands[i];
+
+        if (!perp__joins_batch(world, island))
+            continue;
+        islands++;
+        perp__raise_room(&contacts, island->contacts);
+        perp__raise_room(&bodies, island->bodies + island->contacts);
+    }
+    for (int32_t k = 0; k < islands && k < PERP__BATCH_ISLANDS && status == PERP_OK; k++) {
+        exchange(world, &world->batch->waiting[k]);
+        status = perp__fit_work(world, contacts, bodies, 0);
+        exchange(world, &world->batch->waiting[k]);
+    }
+    return status;
+}
+
 void perp__release_batch(perp_world *world)
 {
     for (int32_t k = 0; k < PERP__BATCH_ISLANDS && world->batch; k++)
@@ -27,29 +56,24 @@ void perp__release_batch(perp_world *world)
 
 /* ---- the sweeps ---- */
 
-int32_t perp__joins_batch(const perp_world *world, const perp__island *island)
-{
-    return island->joints == 0 && island->contacts <= PERP__BATCH_CONTACTS &&
-           !world->budget.limited && world->budget.iterations == INT64_MAX;
-}
-
 perp_status perp__wait_for_sweep(perp_world *world, int32_t number, double h,
                                  const perp__verdict *before, perp__verdict *verdict)
 {
     const perp__island *island = &world->islands[number];
     perp__waiting *waiting;
-    perp_status status;
+    perp_status status = PERP_OK;
 
-    if (!world->batch)
+    if (!world->batch) {
         world->batch = perp__allocate_zeros(world->context, 1, sizeof *world->batch, "the islands");
-    if (!world->batch)
-        return PERP_ERROR_MEMORY;
+        status = world->batch ? perp__fit_batch(world) : PERP_ERROR_MEMORY;
+    }
+    if (status != PERP_OK)
+        return status;
     waiting = &world->batch->waiting[world->batch->count];
     waiting->island = number;
     waiting->before = *before;
     exchange(world, waiting);
-    status = perp__fit_work(world, island->contacts, island->bodies + island->contacts, 0);
-    PERP__THEN(status, perp__begin_sweep(world, island, h, verdict, &waiting->sweeping));
+    status = perp__begin_sweep(world, island, h, verdict, &waiting->sweeping);
     if (status == PERP_OK && verdict->stands)
         status = perp__end_sweep(world, island, h, verdict, &waiting->sweeping);
     else if (status == PERP_OK)

@@ -131,6 +131,8 @@ static void solve_lane(int32_t k, void *data)
     lane->world.batch = own.batch;
     lane->last = -1;
     lane->status = perp__fit_island_work(&lane->world);
+    if (lane->world.batch)
+        PERP__THEN(lane->status, perp__fit_batch(&lane->world));
     if (lane->status != PERP_OK)
         lane->last = 0;
     for (int32_t i = k; i < at->world->island_count && lane->last < 0; i += at->world->lane_count)

@@ -84,11 +84,12 @@ void perp__take_sweep(perp_world *world, const perp__island *island,
 perp_status perp__end_sweep(perp_world *world, const perp__island *island, double h,
                             perp__verdict *verdict, perp__sweeping *sweeping);
 
-/* batch.c: whether the island is swept beside others; its begin, where it does not stand it waits;
- * and the sweeps of all that wait, which each goes on from by perp__conclude_one. They are over
- * once PERP__BATCH_ISLANDS wait, or when perp__sweep_batch is called, of a world that has a
- * batch. */
+/* batch.c: whether the island is swept beside others; room for those that may be; an island's
+ * begin, where it does not stand it waits; and the sweeps of all that wait, which each goes on from
+ * by perp__conclude_one. They are over once PERP__BATCH_ISLANDS wait, or when perp__sweep_batch is
+ * called, of a world that has a batch. */
 int32_t perp__joins_batch(const perp_world *world, const perp__island *island);
+perp_status perp__fit_batch(perp_world *world);
 perp_status perp__wait_for_sweep(perp_world *world, int32_t number, double h,
                                  const perp__verdict *before, perp__verdict *verdict);
 perp_status perp__sweep_batch(perp_world *world, double h, int32_t *last);

@@ -283,6 +283,8 @@ static perp_status solve_changed(perp_world *world, double h, perp__solve_summar
     perp_status status = perp__build_islands(world, &world->contacts, 0);
 
     PERP__THEN(status, perp__fit_island_work(world));
+    if (world->batch)
+        PERP__THEN(status, perp__fit_batch(world));
     if (status == PERP_OK)
         status = world->lane_count > 0 && perp__shares_islands(world)
                      ? perp__solve_in_lanes(world, h, &last)
