@@ -1,5 +1,4 @@
-/* 1 / cond_1 of A from its LU factors and its 1-norm. (P A)^-1 = A^-1 P' has the columns of A^-1 in
- * another order: the same 1-norm without the pivots. work: 2 n doubles. */
+/* 1 / cond_1 of A from its LU factors and its 1-norm; work: 2 n doubles. */
 #ifndef PERP_TESTS_LU_CONDITION_H
 #define PERP_TESTS_LU_CONDITION_H
 
@@ -20,12 +19,10 @@ static void lu_solve(void *user, double *x, int32_t transposed)
 }
 
 static double lu_condition(int32_t n, const double *A, int32_t lda, double norm, double *work,
-                           int32_t *pivots)
+                           const int32_t *pivots)
 {
     lu_factors lu = {n, lda, A, pivots};
 
-    for (int32_t i = 0; i < n; i++)
-        pivots[i] = i + 1;
     return perp__reciprocal_condition(n, norm, work, lu_solve, &lu);
 }
 

@@ -111,11 +111,45 @@ static int32_t number_rows(perp__contact_polish *p, const perp_contact_solver *s
     return changes;
 }
 
-/* The equations of a part that slips, in rows a and b of the system: |r_p| = coefficient r_n, in
- * the units of velocities, then r_p x u_p / |r_p|. Their right-hand side, or K. */
+/* Whether part c of contact k slips within the system, where it has equations of its own. */
+static int32_t slips(const perp__contact_polish *p, const perp__contact_problem *problem, int32_t k,
+                     int32_t c)
+{
+    return p->parts[3 * k + c] == PERP__PART_SLIPS && !is_at_bound(p, problem, k);
+}
+
+/* What the equations lack: velocities of 0, but of a part that slips |r_p| = coefficient r_n, in
+ * the units of velocities, and then r_p x u_p / |r_p| = 0. */
+static void find_goal(perp__contact_polish *p, const perp__contact_problem *problem,
+                      const double *r, const double *u)
+{
+    for (int32_t i = 0; i < p->n; i++)
+        p->rhs[i] = -u[p->rows[i]];
+    for (int32_t k = 0; k < problem->contacts; k++) {
+        perp__contact_part parts[3];
+        const int32_t count = perp__contact_parts(problem, k, parts);
+
+        for (int32_t c = 0; c < count; c++) {
+            const double *x = r + parts[c].row, *y = u + parts[c].row;
+            const double length = perp__length(x, parts[c].size);
+            double *rhs = p->rhs;
+
+            if (!slips(p, problem, k, c))
+                continue;
+            rhs += p->place[parts[c].row];
+            rhs[0] = -problem->trace[k] *
+                     (length - parts[c].coefficient * perp__contact_pressure(problem, k, r));
+            if (parts[c].size == 2)
+                rhs[1] = -(x[0] * y[1] - x[1] * y[0]) / length;
+        }
+    }
+    for (int32_t i = 0; i < p->n; i++)
+        p->rhs[i] *= p->weights[i];
+}
+
+/* The rows a and b of K for a part that slips. */
 static void write_slip(perp__contact_polish *p, const perp__contact_problem *problem,
-                       const perp__contact_part *part, int32_t k, const double *r, const double *u,
-                       int32_t is_goal)
+                       const perp__contact_part *part, int32_t k, const double *r, const double *u)
 {
     const size_t n = (size_t)p->n, a = (size_t)p->place[part->row], b = a + 1;
     const double *x = r + part->row, *y = u + part->row;
@@ -123,12 +157,6 @@ static void write_slip(perp__contact_polish *p, const perp__contact_problem *pro
     const double pressure = perp__contact_pressure(problem, k, r);
     const int32_t normal = problem->starts[k], both = perp__contact_two_sided(problem, k);
 
-    if (is_goal) {
-        p->rhs[a] = -t * (length - part->coefficient * pressure);
-        if (part->size == 2)
-            p->rhs[b] = -(x[0] * y[1] - x[1] * y[0]) / length;
-        return;
-    }
     for (size_t j = 0; j < n; j++) {
         double *column = p->K + j * n;
 
@@ -148,28 +176,23 @@ static void write_slip(perp__contact_polish *p, const perp__contact_problem *pro
         p->K[a + (size_t)p->place[i] * n] = -t * part->coefficient * (r[i] / pressure);
 }
 
-/* The right-hand side: velocities to 0, but of parts that slip; or K. */
-static void set_up(perp__contact_polish *p, const perp__contact_problem *problem, const double *r,
-                   const double *u, int32_t is_goal)
+/* K, the derivative of all of these. */
+static void fill(perp__contact_polish *p, const perp__contact_problem *problem, const double *r,
+                 const double *u)
 {
     const perp__index_set set = {p->n, p->rows, p->place};
     const size_t n = (size_t)p->n;
 
-    for (size_t i = 0; i < n && is_goal; i++)
-        p->rhs[i] = -u[p->rows[i]];
-    if (!is_goal)
-        perp__principal_dense(problem->W, &set, p->K, 1, n);
+    perp__principal_dense(problem->W, &set, p->K, 1, n);
     for (int32_t k = 0; k < problem->contacts; k++) {
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
 
-        for (int32_t c = 0; c < count && !is_at_bound(p, problem, k); c++)
-            if (p->parts[3 * k + c] == PERP__PART_SLIPS)
-                write_slip(p, problem, &parts[c], k, r, u, is_goal);
+        for (int32_t c = 0; c < count; c++)
+            if (slips(p, problem, k, c))
+                write_slip(p, problem, &parts[c], k, r, u);
     }
-    for (size_t i = 0; i < n && is_goal; i++)
-        p->rhs[i] *= p->weights[i];
-    for (size_t j = 0; j < n && !is_goal; j++)
+    for (size_t j = 0; j < n; j++)
         for (size_t i = 0; i < n; i++)
             p->K[i + j * n] *= p->weights[i] * p->units[j];
 }
@@ -231,7 +254,7 @@ static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p, int3
         velocities(solver);
     for (int32_t step = 0; step < STEPS && !p->is_soft; step++) {
         /* 1. Whether to take one. */
-        set_up(p, problem, solver->r, solver->u, 1);
+        find_goal(p, problem, solver->r, solver->u);
         size = perp__largest_or_nan(p->rhs, p->n);
         if (!(size < 0.5 * least) || (step > 0 && size <= p->enough))
             return 1;
@@ -242,7 +265,7 @@ static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p, int3
             return step > 0;
 
         /* 2. The step; a proximal one of a set that contradicts itself. */
-        set_up(p, problem, solver->r, solver->u, 0);
+        fill(p, problem, solver->r, solver->u);
         if (!factor(p, PERP__REGULAR))
             return 0;
         solve_step(p);

@@ -264,8 +264,12 @@ static perp_status project_island(perp_world *world, const perp__island *island,
         found = longest_displacement(world, island) <= (LONGEST_WAY + island->bodies) * longest;
     if (status != PERP_OK)
         return status;
-    shorten(world, island, found ? most : 0.0);
-    apply(world, island);
+    for (int32_t i = 0; i < island->bodies && !found; i++)
+        memset(perp__island_motion(world, island, i)->shift, 0, 6 * sizeof(double));
+    if (found) {
+        shorten(world, island, most);
+        apply(world, island);
+    }
     return perp__close_joints(world, island, gained);
 }
 

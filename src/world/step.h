@@ -10,7 +10,7 @@
  *   commit       next states become states                                     (step.c)
  *   rest         what would repeat itself for ever falls asleep                (rest.c)
  *
- * within a budget (islands/sweep.c), and nothing that a caller can see changes before the commit.
+ * within a budget (islands/budget.c), and nothing that a caller can see changes before the commit.
  * Each of them goes through what is awake alone. Who includes this has the vectors of space
  * (linalg/spatial.h), arenas and outcomes as well. */
 #ifndef PERP_WORLD_STEP_H

@@ -248,7 +248,7 @@ static double condition_of(const gen_lcp *problem)
 {
     const int32_t n = problem->n;
     double LU[40 * 40], work[160], norm = 0.0;
-    int32_t pivots[40], iwork[40], i, j;
+    int32_t pivots[40], i, j;
 
     for (j = 0; j < n; j++) {
         double sum = 0.0;
@@ -261,7 +261,7 @@ static double condition_of(const gen_lcp *problem)
     }
     if (perp__lu_factor(n, LU, n, pivots) != 0)
         return INFINITY;
-    return 1.0 / lu_condition(n, LU, n, norm, work, iwork);
+    return 1.0 / lu_condition(n, LU, n, norm, work, pivots);
 }
 
 static void test_usefulness(void **state)

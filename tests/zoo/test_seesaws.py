@@ -12,8 +12,9 @@ import pytest
 from scene import GRAVITY, unit
 
 LEVELS = ("fast", "standard", "accurate", "exact")
-# Beside joints rows turn within a step, by up to a tenth here; impulses are told where it begins.
-MOST = 0.12
+# Beside joints rows turn within a step, and impulses are told along those of its beginning: that
+# makes up to .043 in these runs.
+MOST = 0.06
 
 
 def put(world: perp.World, random: np.random.Generator, at: tuple[float, ...], mass: float,

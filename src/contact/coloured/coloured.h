@@ -25,8 +25,8 @@
 /* Which of the 8 numbers of a body is its part's momentum: the plane has all in the first four. */
 #define PERP__MOMENTUM(width) ((width) > 3 ? 7 : 3)
 
-/* Bodies of a piece, where a problem is cut into pieces; and points, of eight contacts each, from
- * which on it is. */
+/* Bodies of a piece, where a problem is cut into pieces: one of as many points, of eight contacts
+ * each, and more. */
 #define PERP__PIECE_BODIES 128
 
 enum { PERP__GROUP = 8, PERP__PAIR_POINTS = 4, PERP__COLOURS = 64, PERP__COLOURED_PIECES = 64 };

@@ -75,11 +75,12 @@ static void read_diagonal(const perp__sweep_work *work, int32_t constraint, doub
     }
     memset(W, 0, (size_t)(rows * rows) * sizeof *W);
     for (int32_t i = 0; i < rows; i++) {
-        if (!work->columns)
+        if (!work->columns) {
             memcpy(W + i * rows, work->entries + (size_t)(first + i) * (size_t)work->size + first,
                    (size_t)rows * sizeof *W);
-        for (int32_t k = work->columns ? work->entry_starts[first + i] : 0;
-             work->columns && k < work->entry_starts[first + i + 1]; k++)
+            continue;
+        }
+        for (int32_t k = work->entry_starts[first + i]; k < work->entry_starts[first + i + 1]; k++)
             if (work->columns[k] >= first && work->columns[k] < first + rows)
                 W[i * rows + work->columns[k] - first] = work->entries[k];
     }

@@ -172,7 +172,7 @@ void perp__repeat_contact(const perp_world *world, const perp__pair *pair, int32
 void perp__remember(perp_world *world);
 void perp__write_memory(const perp__contact_set *set, int32_t i, perp__memory *memory);
 
-/* memory.c: records */
+/* records.c */
 void perp__write_record(const perp__contact_set *set, int32_t i, perp_world_contact *record);
 /* Contacts of a step come by this number, those of a pair and round one after the other. */
 uint64_t perp__contact_order(const perp__world_contact *contact);

@@ -72,7 +72,7 @@ static inline int32_t perp__is_finite_contact(const perp__contact_set *set, int3
            perp__is_finite3(response->velocity);
 }
 
-/* sweep.c: budgets */
+/* budget.c */
 /* What a level of accuracy gives: how often all that the motion makes meet joins in, and it is
  * found anew; how deep it may take bodies into each other then, beside their size, before what
  * meets there joins in as well; the residual that counts as an answer of a sweep; whether a few

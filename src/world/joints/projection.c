@@ -583,7 +583,7 @@ perp_status perp__close_joints(perp_world *world, const perp__island *island, do
 
     for (int32_t i = 0; i < island->bodies; i++)
         gained += perp__island_motion(world, island, i)->unspent;
-    gained = perp__energy_gained(world, island, &rounding) - gained;
+    gained = perp__energy_gained(world, island, &rounding) - gained; /* NaN: seen by several */
     if (gained > rounding && !perp__has_put(world, island))
         take_energy(world, island, gained - rounding);
     return status;
