@@ -465,8 +465,10 @@ enum perp_contact_phase {
  * `after`, meanwhile, where there is `invert`, with the step's acceleration as M alone has it,
  * without what is implicit, unless that is 0; `advance` or else *time += h, with place as it was
  * before it; velocity := v; integrate with v, and `shift` where that is; outputs are copied. Where
- * a step is known and nothing of it moves but time, place and velocity stay. Arrays are the
- * caller's. */
+ * a step is known and nothing of it moves but time, place and velocity stay. Where `again` is and J
+ * has no rows, the step is one of Runge and Kutta's classical scheme: `before` is its first stage,
+ * and `again` are the others, from place and velocity to `drive`, the acceleration; no row takes
+ * part in these. Arrays are the caller's. */
 typedef struct perp_contact_run {
     size_t struct_size;
     const void *model;
@@ -481,7 +483,7 @@ typedef struct perp_contact_run {
     int32_t metric_count, kept_count;
     const perp_contact_copy *kept;
     double *place, *velocity, *time;
-    double *room; /* places and velocities: work */
+    double *room; /* places and 2 n velocities: work */
     perp_contact_integrate integrate;
     const perp_contact_copy *inputs, *outputs;
     int32_t input_count, output_count;
@@ -492,10 +494,12 @@ typedef struct perp_contact_run {
     int32_t patience; /* in and out: steps with slips before slow ones are looked at again */
     double look_slip; /* slips slower than this times step.driven are slow, where step.first is */
     double look_rest; /* faster than 0 and slower than this times h |drive| is nearly at rest */
-    const double *drive;        /* n; or NULL: rest is not looked at */
+    const double *drive;        /* n; or NULL: rest is not looked at, and `again` is not */
     int64_t unsolved;           /* in and out: steps without a good outcome */
     double residual;            /* in and out: the largest */
     perp_contact_invert invert; /* or NULL */
+    const perp_contact_stage *again;
+    int32_t again_count, reserved; /* reserved: 0 */
 } perp_contact_run;
 
 PERP_API perp_status perp_contact_run_init(perp_contact_run *run, size_t size);

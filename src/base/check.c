@@ -138,6 +138,18 @@ perp_status perp__check_arrays(perp_context *context, const perp__array *arrays,
         if (arrays[k].count > 0 && !arrays[k].array)
             return perp__check_pointer(context, arrays[k].name, NULL);
     }
+    for (size_t k = 0; k < count; k++) {
+        const int32_t *places = arrays[k].array, most = arrays[k].most;
+        uint32_t outside = 0;
+
+        /* as unsigned numbers the negative are the largest: one test without a branch */
+        for (int32_t i = 0; most >= 0 && i < arrays[k].count; i++)
+            outside |= (uint32_t)places[i] >= (uint32_t)most;
+        for (int32_t i = 0; outside && i < arrays[k].count; i++)
+            if (places[i] < 0 || places[i] >= most)
+                return perp__refuse(context, "%s[%d] is %d, expected 0 to %d", arrays[k].name,
+                                    (int)i, (int)places[i], (int)most - 1);
+    }
     return PERP_OK;
 }
 

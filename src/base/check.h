@@ -16,7 +16,7 @@
 #define PERP__LAST_perp_contact_dynamics G
 #define PERP__LAST_perp_contact_laws bounded
 #define PERP__LAST_perp_contact_result has_ray
-#define PERP__LAST_perp_contact_run residual
+#define PERP__LAST_perp_contact_run again_count
 #define PERP__LAST_perp_contact_sensitivity_info condition
 #define PERP__LAST_perp_contact_settings monitor_user
 #define PERP__LAST_perp_contact_source bounds
@@ -163,11 +163,12 @@ perp_status perp__check_fields(perp_context *context, const char *name, const vo
 
 perp_status perp__check_pointer(perp_context *context, const char *name, const void *pointer);
 
-/* Of many arguments: no count is below 0, and where it is more there is an array. */
+/* Of many arguments: no count is below 0, and where it is more there is an array; whose numbers
+ * are places 0 <= place < most, int32_t, unless most < 0. */
 typedef struct perp__array {
     const char *name;
     const void *array;
-    int32_t count;
+    int32_t count, most;
 } perp__array;
 perp_status perp__check_arrays(perp_context *context, const perp__array *arrays, size_t count);
 

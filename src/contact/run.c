@@ -74,88 +74,106 @@ static void look_back(const perp_contact_run *run, const perp_contact_step *s)
         s->acceleration[i] = (s->v[i] - s->velocity[i]) / s->h;
 }
 
+/* By Runge and Kutta's classical scheme, `before` its first stage: s->v, and behind the places in
+ * room the velocity that moves them. */
+static void move_freely(const perp_contact_run *run, const perp_contact_step *s)
+{
+    static const double ahead[] = {0.5, 0.5, 1.0, 0.0}, weights[] = {1.0, 2.0, 2.0, 1.0};
+    double *mean = run->room + run->places, *drive = mean + s->n;
+    const double time = *run->time;
+
+    memset(mean, 0, 2 * (size_t)s->n * sizeof *mean);
+    memcpy(s->v, run->velocity, (size_t)s->n * sizeof *s->v);
+    for (int32_t k = 0; k < 4; k++) {
+        const double h = ahead[k] * s->h, share = weights[k] / 6.0;
+
+        memcpy(run->place, run->room, (size_t)run->places * sizeof *run->place);
+        if (h > 0.0)
+            run->integrate(run->model, run->place, run->velocity, h);
+        for (int32_t i = 0; i < s->n; i++) {
+            mean[i] += share * run->velocity[i];
+            drive[i] += share * run->drive[i];
+            run->velocity[i] = s->v[i] + h * run->drive[i];
+        }
+        *run->time = time + h;
+        if (h > 0.0)
+            call_stages(run, run->again, run->again_count);
+    }
+    for (int32_t i = 0; i < s->n; i++)
+        s->v[i] += s->h * drive[i];
+}
+
 static void move(perp_contact_run *run, const perp_contact_step *s)
 {
     double *velocity = run->room + run->places;
-    const int32_t shifts = s->shift && s->shifts;
+    const int32_t shifts = s->shift && s->shifts, is_free = run->again_count > 0 && s->J_rows == 0;
 
+    for (int32_t i = 0; is_free && i < s->n; i++) {
+        s->v[i] = s->velocity[i] + s->h * run->drive[i];
+        s->acceleration[i] = run->drive[i];
+    }
     look_back(run, s);
     if (s->was_known && !shifts && run->advance_count == 0) {
         *run->time += s->h; /* place and velocity would become what they are */
         return;
     }
     memcpy(run->room, run->place, (size_t)run->places * sizeof *run->place);
+    if (is_free)
+        move_freely(run, s);
     call_stages(run, run->advance, run->advance_count);
     if (run->advance_count == 0)
         *run->time += s->h;
     memcpy(run->place, run->room, (size_t)run->places * sizeof *run->place);
     memcpy(run->velocity, s->v, (size_t)s->n * sizeof *s->v);
-    for (int32_t i = 0; i < s->n; i++)
+    for (int32_t i = 0; !is_free && i < s->n; i++)
         velocity[i] = shifts ? s->v[i] + s->shift[i] : s->v[i];
     run->integrate(run->model, run->place, velocity, s->h);
 }
 
-static perp_status check_copies(perp_context *context, const char *name,
-                                const perp_contact_copy *copies, int32_t count)
+static perp_status check_arrays(perp_context *context, const perp_contact_run *run)
 {
-    for (int32_t k = 0; k < count; k++)
-        if (copies[k].count < 0 || !copies[k].to || !copies[k].source)
-            return perp__refuse(context, "run.%s[%d] has a NULL or a number below 0", name, (int)k);
-    return PERP_OK;
-}
-
-static perp_status check_stages(perp_context *context, const char *name,
-                                const perp_contact_stage *stages, int32_t count)
-{
-    for (int32_t k = 0; k < count; k++)
-        if (!stages[k])
-            return perp__refuse(context, "run.%s[%d] is NULL", name, (int)k);
-    return PERP_OK;
-}
-
-static perp_status check_run(perp_context *context, const perp_contact_run *run)
-{
-    const perp__array arrays[] = {{"run.before", run->before, run->before_count},
-                                  {"run.after", run->after, run->after_count},
-                                  {"run.advance", run->advance, run->advance_count},
-                                  {"run.kept", run->kept, run->kept_count},
-                                  {"run.inputs", run->inputs, run->input_count},
-                                  {"run.outputs", run->outputs, run->output_count},
-                                  {"run.place", run->place, 1},
-                                  {"run.velocity", run->velocity, 1},
-                                  {"run.time", run->time, 1},
-                                  {"run.room", run->room, 1},
-                                  {"run.metric_M", run->metric_M, run->metric_count},
-                                  {"run.metric_D", run->metric_D, run->metric_count},
-                                  {"run.metric_mass", run->metric_mass, run->metric_count},
-                                  {"run.metric_places", run->metric_places, run->metric_count}};
+    const perp__array arrays[] = {{"run.before", run->before, run->before_count, -1},
+                                  {"run.after", run->after, run->after_count, -1},
+                                  {"run.advance", run->advance, run->advance_count, -1},
+                                  {"run.again", run->again, run->again_count, -1},
+                                  {"run.kept", run->kept, run->kept_count, -1},
+                                  {"run.inputs", run->inputs, run->input_count, -1},
+                                  {"run.outputs", run->outputs, run->output_count, -1},
+                                  {"run.drive", run->drive, run->again_count, -1},
+                                  {"run.place", run->place, 1, -1},
+                                  {"run.velocity", run->velocity, 1, -1},
+                                  {"run.time", run->time, 1, -1},
+                                  {"run.room", run->room, 1, -1},
+                                  {"run.metric_M", run->metric_M, run->metric_count, -1},
+                                  {"run.metric_D", run->metric_D, run->metric_count, -1},
+                                  {"run.metric_mass", run->metric_mass, run->metric_count, -1},
+                                  {"run.metric_places", run->metric_places, run->metric_count, -1}};
+    const perp_contact_stage *const stages[] = {run->before, run->after, run->advance, run->again};
+    const perp_contact_copy *const copies[] = {run->kept, run->inputs, run->outputs};
     perp_status status = perp__check_arrays(context, arrays, sizeof arrays / sizeof *arrays);
 
-    PERP__THEN(status, check_stages(context, "before", run->before, run->before_count));
-    PERP__THEN(status, check_stages(context, "after", run->after, run->after_count));
-    PERP__THEN(status, check_stages(context, "advance", run->advance, run->advance_count));
-    PERP__THEN(status, check_copies(context, "kept", run->kept, run->kept_count));
-    PERP__THEN(status, check_copies(context, "inputs", run->inputs, run->input_count));
-    PERP__THEN(status, check_copies(context, "outputs", run->outputs, run->output_count));
-    if (status != PERP_OK)
-        return status;
-    if (!run->integrate)
-        return perp__refuse(context, "run.integrate is NULL");
-    if (run->places < 0 || run->done < 0 || run->phase < 0 || run->phase > PERP_CONTACT_PHASE_MOVE)
-        return perp__refuse(context, "run.places, run.done or run.phase is below 0 or no phase");
-    return PERP_OK;
+    for (int32_t l = 0; l < 7; l++) /* these, in the order of arrays */
+        for (int32_t k = 0; status == PERP_OK && k < arrays[l].count; k++)
+            if (l < 4 ? !stages[l][k]
+                      : copies[l - 4][k].count < 0 || !copies[l - 4][k].to ||
+                            !copies[l - 4][k].source)
+                status = perp__refuse(context, "%s[%d] is or has a NULL, or a number below 0",
+                                      arrays[l].name, (int)k);
+    return status;
 }
 
 static perp_status check(perp_contact_solver *solver, const perp_contact_run *run,
-                         const perp_contact_step *step, const perp_contact_result *result,
-                         const perp_contact_laws *laws)
+                         const perp_contact_step *step, const perp_contact_result *result)
 {
     perp_status status = PERP__CHECK(perp_contact_run, solver->context, run);
 
     PERP__THEN(status, PERP__CHECK(perp_contact_step, solver->context, step));
     PERP__THEN(status, PERP__CHECK(perp_contact_result, solver->context, result));
-    PERP__THEN(status, PERP__CHECK(perp_contact_laws, solver->context, laws));
-    PERP__THEN(status, check_run(solver->context, run));
+    PERP__THEN(status, check_arrays(solver->context, run));
+    if (status == PERP_OK && (!run->integrate || run->places < 0 || run->done < 0 ||
+                              run->phase < 0 || run->phase > PERP_CONTACT_PHASE_MOVE))
+        return perp__refuse(solver->context, "run.integrate is NULL, or run.places, run.done or "
+                                             "run.phase is below 0 or no phase");
     return status;
 }
 
@@ -163,7 +181,7 @@ perp_status perp_contact_solver_run(perp_contact_solver *solver, perp_contact_ru
                                     perp_contact_step *step, perp_contact_result *result,
                                     perp_contact_laws *laws, perp_contact_dynamics *dynamics)
 {
-    perp_status status = PERP__CONTACT_CALL(solver, check(solver, run, step, result, laws));
+    perp_status status = PERP__CONTACT_CALL(solver, check(solver, run, step, result));
 
     if (status != PERP_OK)
         return status;

@@ -107,67 +107,37 @@ static perp_status check_arrays(perp_context *context, const perp_contact_step *
     const int32_t sides = s->rows + s->bilateral, gaps = s->gap_count + s->bilateral;
     const int32_t entries = s->H_entries + s->G_entries;
     const perp__array arrays[] = {
-        {"step.mass", s->mass, s->M_entries},
-        {"step.mass_sources", s->mass_sources, s->M_entries},
-        {"step.mass_diagonal", s->mass_diagonal, s->n},
-        {"step.velocity", s->velocity, s->n},
-        {"step.speeds", s->speeds, s->restitution > 0.0 ? gaps : 0},
-        {"*step.speeds", s->speeds ? *s->speeds : NULL, s->restitution > 0.0 ? gaps : 0},
-        {"step.force", s->force, s->n},
-        {"step.J", s->J, entries},
-        {"*step.J", s->J ? *s->J : NULL, entries},
-        {"step.gaps", s->gaps, gaps},
-        {"*step.gaps", s->gaps ? *s->gaps : NULL, gaps},
-        {"step.H_sources", s->H_sources, s->by_rows ? 0 : s->H_entries},
-        {"step.G_sources", s->G_sources, s->by_rows ? 0 : s->G_entries},
-        {"step.gap_rows", s->gap_rows, s->gap_count},
-        {"step.gap_sources", s->gap_sources, s->gap_count},
-        {"step.H_rows", s->H_rows, s->rows},
-        {"step.G_rows", s->G_rows, s->bilateral},
-        {"step.M", s->M, s->M_entries},
-        {"step.H", s->H, s->H_entries},
-        {"step.G", s->G, s->G_entries},
-        {"step.f", s->f, s->n},
-        {"step.w", s->w, s->rows},
-        {"step.b", s->b, s->bilateral},
-        {"step.v", s->v, s->n},
-        {"step.r", s->r, sides},
-        {"step.start", s->start, sides},
-        {"step.modes", s->modes, s->contacts},
-        {"step.acceleration", s->acceleration, s->n},
-        {"step.force_of_rows", s->force_of_rows, s->n}};
+        {"step.mass", s->mass, s->M_entries, -1},
+        {"step.mass_sources", s->mass_sources, s->M_entries, -1},
+        {"step.mass_diagonal", s->mass_diagonal, s->n, s->M_entries},
+        {"step.velocity", s->velocity, s->n, -1},
+        {"step.speeds", s->speeds, s->restitution > 0.0 ? gaps : 0, -1},
+        {"*step.speeds", s->speeds ? *s->speeds : NULL, s->restitution > 0.0 ? gaps : 0, -1},
+        {"step.force", s->force, s->n, -1},
+        {"step.J", s->J, entries, -1},
+        {"*step.J", s->J ? *s->J : NULL, entries, -1},
+        {"step.gaps", s->gaps, gaps, -1},
+        {"*step.gaps", s->gaps ? *s->gaps : NULL, gaps, -1},
+        {"step.H_sources", s->H_sources, s->by_rows ? 0 : s->H_entries, INT32_MAX},
+        {"step.G_sources", s->G_sources, s->by_rows ? 0 : s->G_entries, INT32_MAX},
+        {"step.gap_rows", s->gap_rows, s->gap_count, s->rows},
+        {"step.gap_sources", s->gap_sources, s->gap_count, s->J_rows},
+        {"step.H_rows", s->H_rows, s->rows, s->J_rows},
+        {"step.G_rows", s->G_rows, s->bilateral, s->J_rows},
+        {"step.M", s->M, s->M_entries, -1},
+        {"step.H", s->H, s->H_entries, -1},
+        {"step.G", s->G, s->G_entries, -1},
+        {"step.f", s->f, s->n, -1},
+        {"step.w", s->w, s->rows, -1},
+        {"step.b", s->b, s->bilateral, -1},
+        {"step.v", s->v, s->n, -1},
+        {"step.r", s->r, sides, -1},
+        {"step.start", s->start, sides, -1},
+        {"step.modes", s->modes, s->contacts, -1},
+        {"step.acceleration", s->acceleration, s->n, -1},
+        {"step.force_of_rows", s->force_of_rows, s->n, -1}};
+    perp_status status = perp__check_arrays(context, arrays, sizeof arrays / sizeof *arrays);
 
-    return perp__check_arrays(context, arrays, sizeof arrays / sizeof *arrays);
-}
-
-/* Places are 0 <= place < most. */
-static perp_status check_indices(perp_context *context, const perp_contact_step *s)
-{
-    const struct {
-        const char *name;
-        const int32_t *places;
-        int32_t count, most;
-    } lists[] = {{"mass_diagonal", s->mass_diagonal, s->n, s->M_entries},
-                 {"H_sources", s->H_sources, s->by_rows ? 0 : s->H_entries, INT32_MAX},
-                 {"G_sources", s->G_sources, s->by_rows ? 0 : s->G_entries, INT32_MAX},
-                 {"gap_rows", s->gap_rows, s->gap_count, s->rows},
-                 {"gap_sources", s->gap_sources, s->gap_count, s->J_rows},
-                 {"H_rows", s->H_rows, s->rows, s->J_rows},
-                 {"G_rows", s->G_rows, s->bilateral, s->J_rows}};
-    perp_status status = PERP_OK;
-
-    for (size_t k = 0; status == PERP_OK && k < sizeof lists / sizeof *lists; k++) {
-        const int32_t *places = lists[k].places;
-        uint32_t outside = 0;
-
-        /* as unsigned numbers the negative are the largest: one test without a branch */
-        for (int32_t i = 0; i < lists[k].count; i++)
-            outside |= (uint32_t)places[i] >= (uint32_t)lists[k].most;
-        for (int32_t i = 0; outside && status == PERP_OK && i < lists[k].count; i++)
-            if (places[i] < 0 || places[i] >= lists[k].most)
-                status = perp__refuse(context, "step.%s[%d] is %d, expected 0 to %d", lists[k].name,
-                                      (int)i, (int)places[i], (int)lists[k].most - 1);
-    }
     for (int32_t i = 1; status == PERP_OK && i < s->n; i++)
         if (s->mass_diagonal[i] <= s->mass_diagonal[i - 1])
             status = perp__refuse(context,
@@ -292,7 +262,6 @@ static perp_status step_once(perp_contact_solver *solver, perp_contact_step *s,
     if (status != PERP_OK || s->is_other)
         return status;
     status = check_arrays(solver->context, s);
-    PERP__THEN(status, check_indices(solver->context, s));
     if (status != PERP_OK)
         return status;
 
@@ -340,7 +309,6 @@ static perp_status hand_back_checked(perp_contact_solver *solver, perp_contact_s
     perp_status status = check_counts(solver->context, s);
 
     PERP__THEN(status, check_arrays(solver->context, s));
-    PERP__THEN(status, check_indices(solver->context, s));
     PERP__THEN(status, check_sizes(solver, s));
     PERP__THEN(status, perp__check_finite(solver->context, "step.v", s->v, (size_t)s->n));
     PERP__THEN(status, perp__check_finite(solver->context, "step.r", s->r,

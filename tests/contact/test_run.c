@@ -28,7 +28,7 @@ typedef struct simulator {
     perp_contact_laws laws;
     perp_contact_dynamics dynamics;
     perp_matrix mass_view;
-    double mass[N], M[N * N], place[N], velocity[N], force[N], push[N], time, room[2 * N];
+    double mass[N], M[N * N], place[N], velocity[N], force[N], push[N], time, room[3 * N];
     double f[N], v[N], acceleration[N], force_of_rows[N];
     double J[MOST_ROWS * N], gaps[MOST_ROWS], row_force[MOST_ROWS], bounds[MOST_ROWS];
     double speeds[MOST_ROWS], belt, damping[N], seen[N];
@@ -318,6 +318,47 @@ static void test_inputs_and_outputs_have_a_row_a_step(void **state)
     }
 }
 
+/* A spring of stiffness 100 at the first mass, along x. */
+static void pull(const void *model, void *data)
+{
+    simulator *sim = data;
+
+    look(model, data);
+    sim->force[0] -= 100.0 * sim->place[0];
+}
+
+/* The classical scheme on x'' = -w^2 x is Taylor's series of the exact solution up to h^4, and on a
+ * fall it is exact; where a contact is there at the begin, the step is as without `again`. */
+static void test_a_free_step_has_four_stages(void **state)
+{
+    simulator *sim = *state;
+    const perp_contact_stage stage = pull;
+    const double z = 10.0 * H_STEP, even = 1.0 - z * z / 2.0 + z * z * z * z / 24.0;
+    const double x = even * 0.3 + (z - z * z * z / 6.0) / 10.0 * 0.7;
+    const double v = even * 0.7 - 10.0 * (z - z * z * z / 6.0) * 0.3;
+
+    sim->run.before = &stage;
+    sim->run.again = &stage, sim->run.again_count = 1;
+    assert_int_equal(steps(sim, 0), PERP_ERROR_ARGUMENT);
+    assert_non_null(strstr(perp_context_message(sim->context), "run.drive"));
+    sim->run.drive = sim->force; /* masses are 1 */
+    sim->place[0] = 0.3, sim->velocity[0] = 0.7, sim->place[2] = sim->place[5] = 1.0;
+    assert_int_equal(steps(sim, 1), PERP_OK);
+    assert_int_equal(sim->calls, 4);
+    near(sim->place[0], x, 1e-15);
+    near(sim->velocity[0], v, 1e-14);
+    near(sim->place[2], 1.0 - G * H_STEP * H_STEP / 2.0, 1e-15);
+    near(sim->velocity[2], -G * H_STEP, 1e-15);
+    near(sim->acceleration[0], -30.0, 1e-12);
+    near(sim->time, H_STEP, 1e-15);
+    sim->place[5] = sim->velocity[5] = 0.0, sim->calls = 0;
+    sim->place[2] = 1.0, sim->velocity[2] = 0.0;
+    assert_int_equal(steps(sim, 1), PERP_OK);
+    assert_int_equal(sim->calls, 1);
+    near(sim->place[2], 1.0 - G * H_STEP * H_STEP, 1e-15);
+    sim->run.again_count = 0, sim->run.before = before;
+}
+
 static void test_slow_slips_are_looked_at(void **state)
 {
     simulator *sim = *state;
@@ -510,6 +551,7 @@ int main(void)
         TEST(test_a_mass_bounces),
         TEST(test_surfaces_move),
         TEST(test_inputs_and_outputs_have_a_row_a_step),
+        TEST(test_a_free_step_has_four_stages),
         TEST(test_slow_slips_are_looked_at),
         TEST(test_sensors_see_accelerations_without_damping),
         TEST(test_names),

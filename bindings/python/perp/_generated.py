@@ -573,6 +573,9 @@ class ContactRun(Structure):
         ("unsolved", c_int64),
         ("residual", c_double),
         ("invert", ContactInvert),
+        ("again", POINTER(ContactStage)),
+        ("again_count", c_int32),
+        ("reserved", c_int32),
     ]
 
 

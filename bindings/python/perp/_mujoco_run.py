@@ -37,6 +37,7 @@ _SOLVE, _MOVE = CONSTANTS["PERP_CONTACT_PHASE_SOLVE"], CONSTANTS["PERP_CONTACT_P
 _OTHER, _LOOK = CONSTANTS["PERP_CONTACT_WAIT_OTHER"], CONSTANTS["PERP_CONTACT_WAIT_LOOK"]
 _NEARLY = 1e-6  # of what drives a step: slower may be at rest
 _SLOW = 100.0  # times tol: slower slips may be held
+_AGAIN = "mj_fwdPosition", "mj_fwdVelocity", "mj_fwdActuation", "mj_fwdAcceleration"
 
 
 class Copy(NamedTuple):
@@ -102,19 +103,20 @@ class Runner:
         run, model = self._run, stepper.model
         run.model, run.data = model._address, data._address
         run.places, run.time = model.nq, data._address + _model.layout().time
-        room = self._keep(np.zeros(model.nq + model.nv))
+        room = self._keep(np.zeros(model.nq + 2 * model.nv))
         for name, array in ("place", data.qpos), ("velocity", data.qvel), ("room", room):
             setattr(run, name, _arrays.address(array))
         run.integrate = ctypes.cast(_functions().mj_integratePos, ContactIntegrate)
         run.look_slip = _SLOW * stepper.solver.tol
-        if stepper.large:
-            run.look_rest, run.drive = _NEARLY, _arrays.address(data.qacc_smooth)
+        run.look_rest = _NEARLY if stepper.large else 0.0
+        run.drive = _arrays.address(data.qacc_smooth)
         self._set_stages()
 
     @staticmethod
     def can(stepper: Any, data: Any) -> bool:
         """Whether its steps need nothing of Python's between those of MuJoCo, but for sensors."""
-        return stepper.model.opt.integrator != _model.RK4 and Runner.can_end(stepper, data)
+        stages = stepper.model.opt.integrator == _model.RK4
+        return not (stages and stepper.model.na) and Runner.can_end(stepper, data)
 
     @staticmethod
     def can_end(stepper: Any, data: Any) -> bool:
@@ -138,6 +140,7 @@ class Runner:
             "before": _stages("mj_step1", "mj_fwdActuation", "mj_fwdAcceleration"),
             "after": _stages(*after),
             "advance": _stages(*(["mj_Euler"] if stepper.advances else [])),
+            "again": _stages(*(_AGAIN if stepper.model.opt.integrator == _model.RK4 else [])),
         }
         if stepper.accelerates and (fast or stepper.model.dof_damping.any()):
             run.invert = ctypes.cast(_functions().mj_solveM, ContactInvert)

@@ -290,7 +290,8 @@ class Stepper:
         if self.solver.known and shift is None and not self.advances:
             data.time += self._options.timestep  # qvel and qpos would become what they are
         else:
-            self._advance(data, self._options.timestep, shift)
+            v = self.solver.v
+            self._advance(data, self._options.timestep, v if shift is None else v + shift)
         return how
 
     def runge_kutta(self, data: Any) -> None:
@@ -319,7 +320,7 @@ class Stepper:
         data.qvel[:], data.act[:] = begin[: model.nv], begin[model.nv :]
         data.act_dot[:] = mean[2 * model.nv :]
         self.solver.v[:] = data.qvel + h * mean[model.nv : 2 * model.nv]
-        self._advance(data, h, mean[: model.nv] - self.solver.v)
+        self._advance(data, h, mean[: model.nv])
 
     def solve(self, data: Any) -> Solved:
         """The contacts of a step that has been gathered. Where forces are no numbers, what MuJoCo
@@ -489,8 +490,8 @@ class Stepper:
         drive = self._options.timestep * np.abs(data.qacc_smooth).max()
         return bool(0.0 < self.solver.numbers.fastest < NEARLY * drive)
 
-    def _advance(self, data: Any, h: float, shift: Optional[Array]) -> None:
-        """As MuJoCo does, but that places follow from the very velocities."""
+    def _advance(self, data: Any, h: float, velocity: Array) -> None:
+        """As MuJoCo does, but that places move with these very velocities."""
         model, v = self.model, self.solver.v
         if self.advances:
             place = data.qpos.copy()
@@ -499,7 +500,7 @@ class Stepper:
         else:
             data.time += h
         data.qvel[:] = v
-        mj.mj_integratePos(model, data.qpos, v if shift is None else v + shift, h)
+        mj.mj_integratePos(model, data.qpos, velocity, h)
 
 
 _kept: weakref.WeakKeyDictionary[Any, tuple[Any, Stepper]] = weakref.WeakKeyDictionary()

@@ -41,7 +41,14 @@ CASES = {
     "accelerometers": (
         WALKER.format(option="", bodies="", sensors='<accelerometer site="s"/>'), True,
     ),
-    "RK4, by steps": (WALKER.format(option='integrator="RK4"', bodies="", sensors=""), False),
+    "RK4": (
+        WALKER.format(
+            option='integrator="RK4"', bodies="", sensors='<accelerometer site="s"/>'
+        ).replace('dyntype="filter" dynprm=".05"', ""), True,
+    ),
+    "RK4 with activations, by steps": (
+        WALKER.format(option='integrator="RK4"', bodies="", sensors=""), False,
+    ),
     "tumbling bodies, by steps": (
         WALKER.format(option='integrator="implicitfast"', bodies=BALLS.replace(
             'size=".1"', 'type="box" size=".1 .08 .06"'), sensors=""), False,
