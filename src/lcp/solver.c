@@ -241,15 +241,29 @@ static void equilibrate(perp_lcp_solver *solver)
     solver->parts = perp__find_parts(&solver->M, solver->part, solver->reach);
 }
 
+/* Large sparse matrices stay so. */
+static int32_t is_expanded(const perp_lcp_solver *s)
+{
+    return !s->M.column_starts || s->n <= PERP__SMALL_SPARSE;
+}
+
+size_t perp__scaled_entries(const perp_lcp_solver *s)
+{
+    const size_t n = (size_t)s->n;
+
+    return !is_expanded(s)                    ? (size_t)s->M.column_starts[n]
+           : n == 0 || n <= SIZE_MAX / 16 / n ? n * n
+                                              : SIZE_MAX;
+}
+
 static void layout_S(perp__arena *arena, void *object)
 {
     perp_lcp_solver *s = object;
-    const size_t n = (size_t)s->n;
-    const int32_t *starts = s->S.column_starts;
+    const size_t entries = perp__scaled_entries(s);
 
     /* in one piece: allocators give back to the system what is more than twice the largest */
-    s->S_values = perp__arena_take(arena, starts ? (size_t)starts[n] : n * n, sizeof(double));
-    s->block.room = starts ? NULL : perp__arena_take(arena, n * n, sizeof(double));
+    s->S_values = perp__arena_take(arena, entries, sizeof(double));
+    s->block.room = is_expanded(s) ? perp__arena_take(arena, entries, sizeof(double)) : NULL;
 }
 
 /* into[i] := from[i stride] (d_i d_j), i < count. */
@@ -281,48 +295,45 @@ static void scale_dense(const perp__matrix *M, const double *d, double *S)
         }
 }
 
-static perp_status scale_matrix(perp_lcp_solver *s)
+perp__matrix perp__scale_matrix(const perp_lcp_solver *s, double *values)
 {
     const perp__matrix *M = &s->M;
     const double *d = s->factors;
-    const int32_t is_sparse = M->column_starts && s->n > PERP__SMALL_SPARSE;
-    perp_status status;
+    const size_t n = (size_t)s->n;
+    const int32_t is_sparse = !is_expanded(s);
 
-    if (s->S_setup == s->setups)
-        return PERP_OK;
-    s->S_setup = 0;
-    s->S = (perp__matrix){s->n,
-                          s->n,
-                          1,
-                          (size_t)s->n,
-                          NULL,
-                          is_sparse ? M->column_starts : NULL,
-                          is_sparse ? M->row_indices : NULL};
-    status = perp__arena_fit(&s->S_arena, s->context, layout_S, s);
-    if (status != PERP_OK)
-        return status;
-    s->S.values = s->S_values;
-    s->S_setup = s->setups;
-    if (!M->column_starts) {
-        scale_dense(M, d, s->S_values);
-        return PERP_OK;
-    }
-    if (!is_sparse && s->n > 0)
-        memset(s->S_values, 0, (size_t)s->n * (size_t)s->n * sizeof *s->S_values);
-    for (int32_t j = 0; j < s->n; j++)
+    if (!M->column_starts)
+        scale_dense(M, d, values);
+    else if (!is_sparse && n > 0)
+        memset(values, 0, n * n * sizeof *values);
+    for (int32_t j = 0; M->column_starts && j < s->n; j++)
         for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
             const int32_t i = M->row_indices[k];
 
-            s->S_values[is_sparse ? k : i + j * s->n] = M->values[k] * (d[i] * d[j]);
+            values[is_sparse ? k : i + j * s->n] = M->values[k] * (d[i] * d[j]);
         }
-    return PERP_OK;
+    return (perp__matrix){s->n,
+                          s->n,
+                          1,
+                          n,
+                          values,
+                          is_sparse ? M->column_starts : NULL,
+                          is_sparse ? M->row_indices : NULL};
 }
 
 perp_status perp__read_block(perp_lcp_solver *s)
 {
-    perp_status status = scale_matrix(s);
+    perp_status status = PERP_OK;
 
-    if (status == PERP_OK && s->block_read != s->setups) {
+    if (s->S_setup != s->setups) {
+        s->S_setup = 0;
+        status = perp__arena_fit(&s->S_arena, s->context, layout_S, s);
+        if (status != PERP_OK)
+            return status;
+        s->S = perp__scale_matrix(s, s->S_values);
+        s->S_setup = s->setups;
+    }
+    if (s->block_read != s->setups) {
         s->block_read = 0;
         status = perp__sparse_block_read(&s->block, &s->S, s->row_norms);
         s->block_read = status == PERP_OK ? s->setups : 0;

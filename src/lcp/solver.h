@@ -65,7 +65,7 @@ struct perp_lcp_solver {
     int32_t is_small;         /* and the bounds are 0 and +inf */
     double *lower, *upper;    /* caller's units */
     double *factors;          /* D */
-    perp__matrix S;           /* D M D, for methods and the polish: CSC where M is, and large */
+    perp__matrix S;           /* of perp__scale_matrix */
     double *S_values;
     perp__arena S_arena;
     int64_t S_setup;    /* the set-up that it is of */
@@ -118,6 +118,11 @@ struct perp_lcp_solver {
     perp__sparse_block block; /* blocks of S */
     int64_t block_read;       /* the set-up it was read from */
 };
+
+/* D M D by columns, for methods and the polish: CSC where M is, and large, else dense; and how many
+ * values it has. */
+perp__matrix perp__scale_matrix(const perp_lcp_solver *solver, double *values);
+size_t perp__scaled_entries(const perp_lcp_solver *solver);
 
 /* Makes solver->S, and solver->block of it, once a set-up. PERP_OK or _MEMORY. */
 perp_status perp__read_block(perp_lcp_solver *solver);

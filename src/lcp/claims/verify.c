@@ -8,28 +8,24 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/arena.h"
 #include "base/check.h"
-#include "base/context.h"
 #include "base/outcome.h"
-#include "lcp/method.h"
-#include "linalg/scale.h"
+#include "lcp/solver.h"
 #include "linalg/verified.h"
 
 typedef struct perp__verify {
     perp_context *context;
     perp__arena arena, dense_arena;
+    perp_lcp_solver *solver; /* the problem, scaled by powers of two: exact but for underflow, which
+                                the bounds count, and overflow, which makes them infinite */
     int32_t n;
-    const double *z_caller, *lower_caller, *upper_caller; /* bounds may be NULL */
-    perp__matrix M;                                       /* D M D, a copy */
-    double *values;                                       /* its entries */
-    int32_t *exponents, *work;                            /* log2 of D; 2 n */
-    int32_t omega;                                        /* log2, as in evaluate.c */
-    double *z, *q, *lower, *upper;                        /* scaled */
-    int8_t *places;                                       /* enum perp__place */
-    int32_t *active, *position; /* rows that are between; where a row is among them, or -1 */
-    int32_t count;              /* of active rows */
-    double *high, *low;         /* the point whose neighbourhood is searched: high + low */
+    const double *z;          /* the caller's */
+    perp__matrix M;           /* D M D */
+    double *values;           /* its entries */
+    int8_t *places;           /* enum perp__place */
+    int32_t *active;          /* rows that are between, */
+    int32_t *position, count; /* where a row is among them, or -1, and how many there are */
+    double *high, *low;       /* the point whose neighbourhood is searched: high + low */
     double *w_high, *w_low;
     double *w, *width;        /* M (high + low) + q lies within width of w */
     double *delta;            /* the solution lies within delta of high + low */
@@ -43,25 +39,18 @@ typedef struct perp__verify {
     int32_t uses_dense;
 } perp__verify;
 
-/* ---- the scaled problem: scaling by powers of two is exact but for underflow, which the bounds
- * count, and overflow, which makes them infinite ---- */
-
 static void layout(perp__arena *arena, void *object)
 {
     perp__verify *v = object;
     const size_t n = (size_t)v->n;
-    const size_t entries = v->M.column_starts                 ? (size_t)v->M.column_starts[n]
-                           : n == 0 || n <= SIZE_MAX / 16 / n ? n * n
-                                                              : SIZE_MAX;
+    const size_t entries = perp__scaled_entries(v->solver);
 
     v->values = perp__arena_take(arena, entries, sizeof(double));
-    PERP__INTEGERS(arena, n, &v->exponents, &v->active, &v->position);
-    v->work = perp__arena_take(arena, 2 * n, sizeof(int32_t));
-    PERP__DOUBLES(arena, n, &v->z, &v->q, &v->lower, &v->upper, &v->high, &v->low, &v->w_high,
-                  &v->w_low, &v->w, &v->width, &v->delta, &v->spread, &v->middle, &v->margin,
-                  &v->step, &v->enclosure);
+    PERP__INTEGERS(arena, n, &v->active, &v->position);
+    PERP__DOUBLES(arena, n, &v->high, &v->low, &v->w_high, &v->w_low, &v->w, &v->width, &v->delta,
+                  &v->spread, &v->middle, &v->margin, &v->step, &v->enclosure);
     v->places = perp__arena_take(arena, n, sizeof(int8_t));
-    if (v->M.column_starts) {
+    if (v->solver->M.column_starts && v->n > PERP__SMALL_SPARSE) {
         v->starts = perp__arena_take(arena, n + 1, sizeof(int32_t));
         v->rows = perp__arena_take(arena, entries, sizeof(int32_t));
         v->block = perp__arena_take(arena, entries, sizeof(double));
@@ -72,76 +61,23 @@ static void layout(perp__arena *arena, void *object)
 /* The index set that z shows by the natural map: the side of z - w on which it lies. */
 static void read_places(perp__verify *v)
 {
-    perp__multiply_doubled(&v->M, v->z, v->q, v->w_high, v->w_low);
+    const perp_lcp_solver *s = v->solver;
+
+    for (int32_t i = 0; i < v->n; i++)
+        v->high[i] = perp__z_scaled(s, i, v->z[i]);
+    perp__multiply_doubled(&v->M, v->high, s->q_scaled, v->w_high, v->w_low);
     v->count = 0;
     for (int32_t i = 0; i < v->n; i++) {
-        const double l = v->lower_caller ? v->lower_caller[i] : 0.0;
-        const double u = v->upper_caller ? v->upper_caller[i] : INFINITY;
-        int8_t place = PERP__BETWEEN;
+        const double l = s->lower_scaled[i], u = s->upper_scaled[i], z = v->high[i];
+        const int8_t place =
+            perp__place(perp__is_same(s->lower[i], s->upper[i]), z - l, z - u, v->w_high[i]);
 
-        if (perp__is_same(l, u))
-            place = PERP__FIXED;
-        else if (isfinite(l) && v->z[i] - v->lower[i] <= v->w_high[i])
-            place = PERP__AT_LOWER;
-        else if (isfinite(u) && v->z[i] - v->upper[i] >= v->w_high[i])
-            place = PERP__AT_UPPER;
         v->places[i] = place;
-        v->position[i] = -1;
-        v->high[i] = place == PERP__AT_UPPER  ? v->upper[i]
-                     : place == PERP__BETWEEN ? v->z[i]
-                                              : v->lower[i];
+        v->position[i] = place == PERP__BETWEEN ? v->count : -1;
+        v->high[i] = place == PERP__AT_UPPER ? u : place == PERP__BETWEEN ? z : l;
         v->low[i] = 0.0;
-        if (place == PERP__BETWEEN) {
-            v->position[i] = v->count;
+        if (place == PERP__BETWEEN)
             v->active[v->count++] = i;
-        }
-    }
-}
-
-/* Scales everything by powers of two. */
-static void scale_problem(perp__verify *v, const double *q)
-{
-    const perp__matrix M = v->M;
-    const int32_t *e = v->exponents;
-    int32_t found = 0;
-
-    /* 1. omega: the power of two near max |D q|; only the size of the numbers depends on it. */
-    perp__equilibrate(&M, 1, v->exponents, v->width, v->work);
-    v->omega = 0;
-    for (int32_t i = 0; i < v->n; i++) {
-        int exponent;
-
-        if (q[i] == 0.0)
-            continue;
-        frexp(q[i], &exponent);
-        exponent += e[i];
-        if (!found || exponent > v->omega)
-            v->omega = exponent;
-        found = 1;
-    }
-    /* 2. values := D M D, columns one after the other */
-    for (int32_t j = 0; j < v->n; j++) {
-        double *column = v->values + (size_t)j * (size_t)v->n;
-        const double *from = M.values + (size_t)j * M.column_stride;
-
-        if (M.column_starts)
-            for (int32_t k = M.column_starts[j]; k < M.column_starts[j + 1]; k++)
-                v->values[k] = M.values[k] * perp__power_of_two(e[M.row_indices[k]] + e[j]);
-        else
-            for (int32_t i = 0; i < v->n; i++)
-                column[i] = from[(size_t)i * M.row_stride] * perp__power_of_two(e[i] + e[j]);
-    }
-    v->M.values = v->values;
-    if (!M.column_starts) {
-        v->M.row_stride = 1;
-        v->M.column_stride = (size_t)v->n;
-    }
-    /* 3. The vectors. */
-    for (int32_t i = 0; i < v->n; i++) {
-        v->q[i] = ldexp(q[i], e[i] - v->omega);
-        v->z[i] = ldexp(v->z_caller[i], -e[i] - v->omega);
-        v->lower[i] = ldexp(v->lower_caller ? v->lower_caller[i] : 0.0, -e[i] - v->omega);
-        v->upper[i] = ldexp(v->upper_caller ? v->upper_caller[i] : INFINITY, -e[i] - v->omega);
     }
 }
 
@@ -161,7 +97,7 @@ static void layout_dense(perp__arena *arena, void *object)
 /* w := M (high + low) + q, in doubled precision but for its last rounding */
 static void find_w(perp__verify *v)
 {
-    perp__multiply_doubled(&v->M, v->high, v->q, v->w_high, v->w_low);
+    perp__multiply_doubled(&v->M, v->high, v->solver->q_scaled, v->w_high, v->w_low);
     perp__multiply(&v->M, v->low, v->w);
     for (int32_t i = 0; i < v->n; i++)
         v->w[i] = v->w_high[i] + (v->w_low[i] + v->w[i]);
@@ -221,7 +157,7 @@ static int32_t find_delta(perp__verify *v)
         v->width[i] = DBL_MIN * (16.0 * (n + 1.0) + 2.0 * (sizes + v->width[i]));
     perp__multiply_absolute(&v->M, v->high, products);
     for (i = 0; i < v->n; i++)
-        v->width[i] += perp__doubled_error(v->n) * (products[i] + fabs(v->q[i]));
+        v->width[i] += perp__doubled_error(v->n) * (products[i] + fabs(v->solver->q_scaled[i]));
     perp__multiply_absolute(&v->M, v->low, products);
     for (i = 0; i < v->n; i++) {
         v->width[i] += PERP__GAMMA(n + 8.0) * (products[i] + fabs(v->w_low[i])) +
@@ -337,8 +273,9 @@ static int32_t judge(const perp__verify *v, int32_t *index)
         } else if (v->places[i] == PERP__AT_UPPER) {
             row = sign_of(-v->w[i], width);
         } else if (v->places[i] == PERP__BETWEEN) {
-            const int32_t above = v->lower[i] > -INFINITY ? side_of(v, i, v->lower[i], 1.0) : 1;
-            const int32_t below = v->upper[i] < INFINITY ? side_of(v, i, v->upper[i], -1.0) : 1;
+            const double lower = v->solver->lower_scaled[i], upper = v->solver->upper_scaled[i];
+            const int32_t above = lower > -INFINITY ? side_of(v, i, lower, 1.0) : 1;
+            const int32_t below = upper < INFINITY ? side_of(v, i, upper, -1.0) : 1;
 
             row = above < below ? above : below;
         }
@@ -357,20 +294,17 @@ static int32_t judge(const perp__verify *v, int32_t *index)
 /* |z_i - z*_i| at most, in the caller's units. */
 static double radius_of(const perp__verify *v, int32_t i)
 {
-    const double z = v->z_caller[i];
-    double bound, radius;
+    const perp_lcp_solver *s = v->solver;
+    const double bound = v->places[i] == PERP__AT_UPPER ? s->upper[i] : s->lower[i];
+    double radius;
 
-    if (v->places[i] != PERP__BETWEEN) {
-        bound = v->places[i] == PERP__AT_UPPER ? v->upper_caller[i]
-                : v->lower_caller              ? v->lower_caller[i]
-                                               : 0.0;
-        if (perp__is_same(z, bound))
-            return 0.0;
-        return perp__raise(fabs(z - bound) + DBL_MIN, 2.0);
-    }
-    radius = perp__raise(fabs(v->z[i] - v->high[i]) + fabs(v->low[i]) + v->delta[i] + 4.0 * DBL_MIN,
+    if (v->places[i] != PERP__BETWEEN)
+        return perp__is_same(v->z[i], bound) ? 0.0
+                                             : perp__raise(fabs(v->z[i] - bound) + DBL_MIN, 2.0);
+    radius = perp__raise(fabs(perp__z_scaled(s, i, v->z[i]) - v->high[i]) + fabs(v->low[i]) +
+                             v->delta[i] + 4.0 * DBL_MIN,
                          4.0);
-    return perp__raise(ldexp(radius, v->exponents[i] + v->omega) + DBL_MIN, 2.0);
+    return perp__raise(perp__z_caller(s, i, radius) + DBL_MIN, 2.0);
 }
 
 /* ---- the call ---- */
@@ -381,23 +315,26 @@ PERP__WORDS(perp_lcp_verdict_text, "unknown verdict", "regular", "not a solution
             "degenerate", "too large")
 
 static perp_status verify(perp__verify *v, double *radii, perp_lcp_proof *proof,
-                          const perp_matrix *M, const double *q)
+                          const perp_matrix *M, const double *q, const double *lower,
+                          const double *upper)
 {
     perp_lcp_proof own = {.verdict = PERP_VERDICT_SINGULAR, .index = -1};
     perp_status status = PERP__CHECK(perp_lcp_proof, v->context, proof);
 
-    /* 1. What the caller gave. */
-    PERP__THEN(status,
-               perp__lcp_problem_read(v->context, &v->M, M, v->lower_caller, v->upper_caller));
-    v->n = v->M.rows;
-    PERP__THEN(status, perp__check_vector(v->context, "q", q, (size_t)v->n));
-    PERP__THEN(status, perp__check_vector(v->context, "z", v->z_caller, (size_t)v->n));
+    /* 1. What the caller gave: the problem goes into a solver of its own. */
+    PERP__THEN(status, perp__lcp_create(v->context, &v->solver, NULL));
     if (status != PERP_OK)
         return status;
+    v->solver->as_given = 1;
+    status = perp__lcp_setup(v->solver, M, lower, upper);
+    v->n = v->solver->n;
+    PERP__THEN(status, perp__check_vector(v->context, "q", q, (size_t)v->n));
+    PERP__THEN(status, perp__check_vector(v->context, "z", v->z, (size_t)v->n));
+    PERP__THEN(status, perp__arena_fit(&v->arena, v->context, layout, v));
     /* 2. The proof. A radius that is not finite proves nothing. */
-    status = perp__arena_fit(&v->arena, v->context, layout, v);
     if (status == PERP_OK) {
-        scale_problem(v, q);
+        perp__scale_problem(v->solver, q);
+        v->M = perp__scale_matrix(v->solver, v->values);
         read_places(v);
         status = enclose(v, &own.verdict);
     }
@@ -416,6 +353,7 @@ static perp_status verify(perp__verify *v, double *radii, perp_lcp_proof *proof,
     perp__dominance_release(&v->dominance);
     perp__arena_release(&v->dense_arena);
     perp__arena_release(&v->arena);
+    perp__handle_end(v->solver);
     return status;
 }
 
@@ -423,8 +361,7 @@ perp_status perp_lcp_verify(perp_context *context, double *radii, perp_lcp_proof
                             const perp_matrix *M, const double *q, const double *lower,
                             const double *upper, const double *z)
 {
-    perp__verify v = {
-        .context = context, .z_caller = z, .lower_caller = lower, .upper_caller = upper};
+    perp__verify v = {.context = context, .z = z};
 
-    return PERP__CALL(perp__enter(context), context, verify(&v, radii, proof, M, q));
+    return PERP__CALL(perp__enter(context), context, verify(&v, radii, proof, M, q, lower, upper));
 }
