@@ -2,11 +2,13 @@
  * over the rows of W, which is used as given; and the tested residual. */
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 #include "contact/law.h"
 #include "contact/sweep/local_step.h"
 #include "contact/sweep/sweep.h"
 #include "linalg/lanes/loops.h"
+#include "linalg/pivoting.h"
 
 /* Contacts that roll or spin go round their parts until they agree to so much of a first step. */
 #define ROUNDS_ACCURACY 1e-3
@@ -28,41 +30,92 @@ static double follow(const double *W, int32_t rows, int32_t from, int32_t count,
     return most;
 }
 
+/* The normal with its tangents, then each other part in the disc that r_n gives it. */
 static int32_t step_with_discs(perp__sweep_work *work, int32_t k, double *u, double *r)
 {
     const perp__contact_problem *problem = work->common.problem;
+    const int32_t rows = work->rows[k + 1] - work->rows[k];
     perp__sweep_discs *discs = &work->discs[k];
-    const int32_t rows = work->rows[k + 1] - work->rows[k], dim = problem->dims[k];
-    const double rolling = problem->rolling ? problem->rolling[k] : 0.0;
-    const double spinning = problem->spinning ? problem->spinning[k] : 0.0;
+    perp__contact_part parts[3];
+    const int32_t count = perp__contact_parts(problem, k, parts);
     double first = 0.0, old[3];
     int32_t mode = PERP_CONTACT_SEPARATE;
 
     for (int32_t round = 0; round < DBL_MANT_DIG; round++) {
         double change;
-        int32_t row = dim;
 
-        for (int32_t i = 0; i < dim; i++)
-            old[i] = r[i];
+        memcpy(old, r, (size_t)problem->dims[k] * sizeof *r);
         mode = perp__local_step(&work->local[k], u, r);
-        change = follow(discs->W, rows, 0, dim, old, r, u);
-        if (rolling > 0.0) {
-            for (int32_t i = 0; i < dim - 1; i++)
-                old[i] = r[row + i];
-            perp__local_step_disc(&discs->rolling, rolling * r[0], u + row, r + row);
-            change = fmax(change, follow(discs->W, rows, row, dim - 1, old, r, u));
-            row += dim - 1;
-        }
-        if (spinning > 0.0) {
-            old[0] = r[row];
-            perp__local_step_disc(&discs->spinning, spinning * r[0], u + row, r + row);
-            change = fmax(change, follow(discs->W, rows, row, 1, old, r, u));
+        change = follow(discs->W, rows, 0, problem->dims[k], old, r, u);
+        for (int32_t p = 1; p < count; p++) {
+            const int32_t row = parts[p].row - work->rows[k], size = parts[p].size;
+
+            memcpy(old, r + row, (size_t)size * sizeof *r);
+            perp__local_step_disc(&discs->part[p], parts[p].coefficient * r[0], u + row, r + row);
+            change = fmax(change, follow(discs->W, rows, row, size, old, r, u));
         }
         if (round == 0)
             first = change;
         if (!(change > ROUNDS_ACCURACY * first))
             break;
     }
+    return mode;
+}
+
+/* One that holds both ways, exactly: u_N = 0, and r_t in the disc of radius mu |r_N|, r_N = n - A
+ * r_t. Where sticking asks for more friction than there is, and none for less, some radius between
+ * is what there is: regula falsi (Illinois). Where there are several answers, sticking comes first.
+ */
+static int32_t step_both_ways(perp__sweep_work *work, int32_t k, double *u, double *r)
+{
+    const int32_t both = perp__contact_two_sided(work->common.problem, k);
+    const int32_t rows = work->rows[k + 1] - work->rows[k], tangents = rows - both;
+    const double mu = work->common.problem->mu[k];
+    perp__sweep_discs *discs = &work->discs[k];
+    double n[3], N[3], t[2] = {0.0, 0.0}, radius = INFINITY, low = 0.0, high = 0.0;
+    double at_low = 0.0, at_high = 0.0;
+    int32_t mode = PERP_CONTACT_STICK, side = 0;
+
+    /* 1. n for the tangents as they are, and u_t with it. */
+    memcpy(n, u, (size_t)both * sizeof *u);
+    (void)perp__solve_small(discs->W, both, rows, n, 1);
+    for (int32_t i = 0; i < both; i++) {
+        for (int32_t j = 0; j < tangents; j++)
+            u[both + j] -= discs->W[(both + j) * rows + i] * n[i];
+        n[i] = r[i] - n[i];
+    }
+    /* 2. r_t: sticking, none, and the root between. */
+    for (int32_t round = 0; round < 2 * DBL_MANT_DIG; round++) {
+        double excess;
+
+        memcpy(t, r + both, (size_t)tangents * sizeof *t);
+        if (tangents > 0)
+            mode = perp__local_step_disc(&discs->part[0], radius, u + both, t);
+        for (int32_t i = 0; i < both; i++) {
+            N[i] = n[i];
+            for (int32_t j = 0; j < tangents; j++)
+                N[i] -= discs->A[i * tangents + j] * (t[j] - r[both + j]);
+        }
+        excess = mu * perp__contact_length(N, 0, both) - perp__contact_length(t, 0, tangents);
+        if (round == 0 && excess >= 0.0)
+            break;
+        if (excess < 0.0) {
+            high = round == 0 ? perp__contact_length(t, 0, tangents) : radius;
+            at_high = excess;
+            at_low *= side < 0 ? 0.5 : 1.0;
+        } else {
+            low = radius;
+            at_low = excess;
+            at_high *= side > 0 ? 0.5 : 1.0;
+        }
+        side = round < 2 ? 0 : excess < 0.0 ? -1 : 1;
+        radius = round == 0 ? 0.0 : low + (high - low) * (at_low / (at_low - at_high));
+        if (round > 0 &&
+            (fabs(excess) <= 2.0 * DBL_EPSILON * high || !(radius > low && radius < high)))
+            break;
+    }
+    memcpy(r, N, (size_t)both * sizeof *r);
+    memcpy(r + both, t, (size_t)tangents * sizeof *r);
     return mode;
 }
 
@@ -79,7 +132,7 @@ static int32_t visit(perp__sweep_work *work, int32_t constraint, double *u, doub
         r[0] -= u[0] * work->local[constraint].inverse_normal;
         mode = PERP_CONTACT_STICK;
     } else if (perp__contact_two_sided(work->common.problem, constraint) > 0) {
-        mode = perp__two_sided_step(&work->two_sided[constraint], u, r);
+        mode = step_both_ways(work, constraint, u, r);
     } else if (rows > work->local[constraint].dim) {
         mode = step_with_discs(work, constraint, u, r);
     } else {

@@ -4,6 +4,7 @@
 
 #include "contact/law.h"
 #include "contact/sweep/sweep.h"
+#include "linalg/pivoting.h"
 
 void perp__sweep_layout(perp__arena *arena, void *object)
 {
@@ -20,9 +21,9 @@ void perp__sweep_layout(perp__arena *arena, void *object)
     work->size = problem->size;
     work->rows = perp__arena_take(arena, constraints + 1, sizeof *work->rows);
     work->local = perp__arena_take(arena, constraints, sizeof *work->local);
-    work->discs = perp__arena_take(arena, problem->has_discs ? contacts : 0, sizeof *work->discs);
-    work->two_sided =
-        perp__arena_take(arena, problem->two_sided ? contacts : 0, sizeof *work->two_sided);
+    work->discs = NULL;
+    if (problem->has_discs || problem->two_sided)
+        work->discs = perp__arena_take(arena, contacts, sizeof *work->discs);
     work->weights = perp__arena_take(arena, constraints, sizeof(double));
     PERP__DOUBLES(arena, size, &work->row_weights, &work->r, &work->x, &work->u, &work->best);
     work->modes = perp__arena_take(arena, contacts, sizeof *work->modes);
@@ -86,6 +87,28 @@ static void read_diagonal(const perp__sweep_work *work, int32_t constraint, doub
     }
 }
 
+/* Of a contact that holds both ways: A, what its normals, `both`, follow its tangents by, and S,
+ * what is then left of W_kk in these. */
+static void eliminate_normals(perp__sweep_discs *discs, int32_t rows, int32_t both)
+{
+    const int32_t tangents = rows - both;
+    const double *W = discs->W;
+    double S[2 * 2];
+
+    for (int32_t i = 0; i < both; i++)
+        for (int32_t j = 0; j < tangents; j++)
+            discs->A[i * tangents + j] = W[i * rows + both + j];
+    (void)perp__solve_small(W, both, rows, discs->A, tangents);
+    for (int32_t i = 0; i < tangents; i++)
+        for (int32_t j = 0; j < tangents; j++) {
+            S[i * tangents + j] = W[(both + i) * rows + both + j];
+            for (int32_t n = 0; n < both; n++)
+                S[i * tangents + j] -= W[(both + i) * rows + n] * discs->A[n * tangents + j];
+        }
+    if (tangents > 0)
+        perp__local_make_disc(&discs->part[0], tangents, S, tangents);
+}
+
 void perp__sweep_read(perp__sweep_work *work)
 {
     const perp__contact_problem *problem = work->common.problem;
@@ -103,24 +126,20 @@ void perp__sweep_read(perp__sweep_work *work)
         const int32_t both = contact ? perp__contact_two_sided(problem, k) : 0;
         double W[PERP__ROWS_MOST * PERP__ROWS_MOST];
 
-        /* 1. The local problem; of a contact with discs, or one that holds both ways, too. */
+        /* 1. The local problem; of a contact that is solved by turns, its parts, too. */
         read_diagonal(work, k, W);
         perp__local_make(&work->local[k], contact && both == 0 ? problem->dims[k] : 1, W, rows,
                          contact ? problem->mu[k] : 0.0);
-        if (both > 0)
-            perp__two_sided_make(&work->two_sided[k], both, rows - both, W, problem->mu[k]);
-        if (contact && problem->has_discs) {
-            const int32_t tangents = problem->dims[k] - 1;
-            perp__sweep_discs *discs = &work->discs[k];
-            int32_t row = problem->dims[k];
+        if (contact && work->discs) {
+            perp__contact_part parts[3];
+            const int32_t count = perp__contact_parts(problem, k, parts);
 
-            memcpy(discs->W, W, (size_t)(rows * rows) * sizeof *W);
-            if (problem->rolling && problem->rolling[k] > 0.0) {
-                perp__local_make_disc(&discs->rolling, tangents, W + row * rows + row, rows);
-                row += tangents;
-            }
-            if (problem->spinning && problem->spinning[k] > 0.0)
-                perp__local_make_disc(&discs->spinning, 1, W + row * rows + row, rows);
+            memcpy(work->discs[k].W, W, (size_t)(rows * rows) * sizeof *W);
+            for (int32_t p = 1; p < count; p++)
+                perp__local_make_disc(&work->discs[k].part[p], parts[p].size,
+                                      W + (parts[p].row - work->rows[k]) * (rows + 1), rows);
+            if (both > 0)
+                eliminate_normals(&work->discs[k], rows, both);
         }
         /* 2. Weights; and the piece of memory of contacts that have one. */
         work->weights[k] = sqrt(problem->trace[k]) / problem->omega[k];

@@ -10,9 +10,11 @@
 
 enum { PERP__PACKED_WIDTH = 6, PERP__PACKED_ROW = 12 };
 
-/* The parts of a contact that rolls or spins; its local problem is solved by turns. */
+/* The parts of a contact that rolls or spins, whose local problem is solved by turns; or the
+ * tangents of one that holds both ways, beside normals that follow them by A. */
 typedef struct perp__sweep_discs {
-    perp__local rolling, spinning;
+    perp__local part[3];
+    double A[3 * 2];
     double W[PERP__ROWS_MOST * PERP__ROWS_MOST];
 } perp__sweep_discs;
 
@@ -37,8 +39,7 @@ typedef struct perp__sweep_work {
     int32_t constraints, size;
     int32_t *rows;                /* constraints + 1 */
     perp__local *local;           /* constraints */
-    perp__sweep_discs *discs;     /* contacts, if some roll or spin */
-    perp__two_sided *two_sided;   /* contacts, if some hold both ways; `local` is no more then */
+    perp__sweep_discs *discs;     /* contacts, if some roll, spin or hold both ways */
     double *weights;              /* constraints: sqrt(trace) / omega */
     double *row_weights;          /* size: the same for each row */
     double *r;                    /* size; the tangents of packed contacts turned */
