@@ -123,15 +123,14 @@ typedef struct perp__coloured_part {
     const perp__passes *step;
     int32_t first_body, end_body, first_contact, end_contact; /* these are the passes' own */
     int32_t ends, ended;    /* with this round, whatever it came to; with one */
-    int32_t worst;          /* the group that was, when it was measured; -1: it was not */
-    double bound, drove;    /* a residual from which on it goes on; and what drove it before */
+    int32_t worst;          /* the group that told last that it goes on; -1: none did */
     double theta, momentum; /* the share of its last way by which r goes on before it is swept */
     double drive, residual, sinks; /* how far a contact sinks in the step, in guards, at most */
 } perp__coloured_part;
 perp_status perp__coloured_parts(perp__coloured *c, perp__coloured_part *parts, int32_t count);
 
 /* What the passes have come to in the parts that go on, before overlap is taken out: measure.c. Of
- * those that do so in any case, beside what drove them in the round before, no more than that. */
+ * those that do so in any case, beside what drove them when all was measured, no more than that. */
 void perp__coloured_measure(const perp__coloured *c);
 
 /* What a pass does with each contact: its impulses change; its push apart does; y += P'r alone. */

@@ -45,7 +45,14 @@ static void measure_joints(const perp__coloured *c, perp__coloured_part *part, d
         }
 }
 
-/* The contacts of a group. Returns of how many parts one is the first that is over the bound. */
+/* Whether the passes go on, whatever else is measured. */
+static int32_t is_over(const perp__coloured_part *part)
+{
+    return !part->ends &&
+           (part->residual > part->problem->tol * part->drive || part->sinks > PERP__CLEARED_SHARE);
+}
+
+/* The contacts of a group, of parts that are not over. Returns how many of them are so then. */
 static int32_t measure_group(const perp__coloured *c, int32_t g, double share)
 {
     const perp__lane_group *group = &c->group[g];
@@ -59,25 +66,21 @@ static int32_t measure_group(const perp__coloured *c, int32_t g, double share)
         for (int32_t l = 0; l < group->pairs; l++) {
             perp__coloured_part *part = &c->part[c->pair_part[group->pair[l]]];
             const int32_t k = p->contact[l];
-            const double guard = p->guard[l];
-            double way;
+            const double guard = p->guard[l], way = part->step->h * -found.u[0][l];
 
-            if (k < 0 || part->ended)
+            if (k < 0 || part->ended || is_over(part))
                 continue;
             if (part->problem->rows[k].bounded)
                 measure_bounded(p, l, &found);
-            way = part->step->h * -found.u[0][l];
             if (guard > 0.0 && fmax(-p->gap[l], 0.0) + way > part->step->deep * guard)
                 perp__raise_to(&part->sinks, way / guard);
             for (int32_t row = 0; row < 3; row++)
                 part->answer->velocity[3 * k + row] = found.u[row][l];
             part->answer->modes[k] = (int32_t)found.mode[l];
-            perp__raise_to(&part->drive, found.drive[l]);
-            if (found.natural[l] <= part->residual)
-                continue;
-            over += part->residual <= part->bound && found.natural[l] > part->bound;
-            part->worst = g;
+            perp__raise_to(&part->answer->drive, found.drive[l]);
             perp__raise_to(&part->residual, found.natural[l]);
+            part->worst = is_over(part) ? g : part->worst;
+            over += is_over(part);
         }
     }
     return over;
@@ -91,12 +94,11 @@ void perp__coloured_measure(const perp__coloured *c)
     for (int32_t k = 0; k < c->parts; k++) {
         perp__coloured_part *part = &c->part[k];
 
-        part->drove = part->drive;
-        part->bound = part->ends ? INFINITY : part->problem->tol * part->drive;
-        part->drive = part->residual = part->sinks = 0.0;
         open += !part->ended;
+        if (!part->ended)
+            part->answer->drive = part->residual = part->sinks = 0.0;
     }
-    /* 1. What was worst last tells most that the passes go on, which is all that is asked then. */
+    /* 1. What told that last tells most that the passes go on, which is all that is asked then. */
     for (int32_t k = 0; k < c->parts && open > 0; k++)
         if (!c->part[k].ended && c->part[k].worst >= 0)
             open -= measure_group(c, c->part[k].worst, share);
@@ -105,14 +107,13 @@ void perp__coloured_measure(const perp__coloured *c)
     /* 2. The answers. */
     for (int32_t k = 0; k < c->parts; k++) {
         perp__coloured_part *part = &c->part[k];
-        perp__rigid_answer *answer = part->answer;
 
         if (part->ended)
             continue;
-        if (part->residual > part->bound)
-            part->drive = part->drove;
+        if (!is_over(part))
+            part->drive = part->answer->drive;
         measure_joints(c, part, share);
-        answer->tested = part->residual == 0.0 ? 0.0 : part->residual / part->drive;
-        answer->drive = part->drive;
+        part->answer->tested = part->residual == 0.0 ? 0.0 : part->residual / part->drive;
+        part->answer->drive = part->drive;
     }
 }
