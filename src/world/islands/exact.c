@@ -57,17 +57,6 @@ double perp__mass_norm(const perp_world *world, int32_t body, const double *v)
                          perp__length3(turning));
 }
 
-double perp__mass_product(const perp_world *world, int32_t body, const double *x, const double *y)
-{
-    const double a = perp__mass_norm(world, body, x), b = perp__mass_norm(world, body, y);
-    double both[6], c;
-
-    for (int32_t k = 0; k < world->dof; k++)
-        both[k] = x[k] + y[k];
-    c = perp__mass_norm(world, body, both);
-    return 0.5 * (c * c - a * a - b * b);
-}
-
 /* |C'J'| of a row of a body of the island, whose factor is at hand: a multiple of the identity for
  * the mass centre, and a block for turns. */
 static double pushed_by(const double *C, const double *row, int32_t n)
