@@ -23,8 +23,8 @@ sys.path.insert(0, str(Path(__file__).parent))
 from scene import GRAVITY, about, matrix, unit
 
 LEVELS = ("fast", "standard", "accurate", "exact")
-# Where contacts alone act: zeros that are made exact below `exact` make up to 3e-7.
-CONTACTS = 1e-6
+# Where contacts alone act: what is known to `tol`, 1e-10, of bodies with the least impulses.
+CONTACTS = 1e-8
 # Energy that is taken back beside joints is told by nothing: that makes up to .015 in these runs.
 JOINTS = 0.03
 

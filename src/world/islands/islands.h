@@ -186,10 +186,6 @@ double perp__swept_tol(const perp_world *world);
 perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
                              perp__verdict *verdict);
 
-/* Velocities in what the rows that hold leave free, where they are an answer to tol as well. */
-perp_status perp__hold_island(perp_world *world, const perp__island *island,
-                              perp__rigid_answer *answer, const perp__rigid_problem *problem,
-                              double tol);
 /* The sizes of the terms that each body's velocity is made of. */
 void perp__find_strengths(const perp_world *world, const perp__island *island, double *strength);
 /* impacts.c: an island solved to tol. */
