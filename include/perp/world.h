@@ -157,7 +157,8 @@ typedef struct perp_world_contact {
     double tangent_2[3]; /* planar: 0 */
     double gap;          /* at the start of the step */
     double impulse[3];   /* on B: normal, tangent 1, tangent 2, the sum over the step, in which
-                            impacts may lie; exactly 0 where separated */
+                            impacts may lie and beside joints these axes turn: what changes
+                            momentum, as seen along them; exactly 0 where separated */
     double velocity[3];  /* of B relative to A after the step; exactly 0 where the contact holds */
     double friction;
     double restitution;

@@ -57,17 +57,6 @@ double perp__mass_norm(const perp_world *world, int32_t body, const double *v)
                          perp__length3(turning));
 }
 
-double perp__mass_product(const perp_world *world, int32_t body, const double *x, const double *y)
-{
-    const double a = perp__mass_norm(world, body, x), b = perp__mass_norm(world, body, y);
-    double both[6], c;
-
-    for (int32_t k = 0; k < world->dof; k++)
-        both[k] = x[k] + y[k];
-    c = perp__mass_norm(world, body, both);
-    return 0.5 * (c * c - a * a - b * b);
-}
-
 /* |C'J'| of a row of a body of the island, whose factor is at hand: a multiple of the identity for
  * the mass centre, and a block for turns. */
 static double pushed_by(const double *C, const double *row, int32_t n)
@@ -122,9 +111,10 @@ void perp__find_strengths(const perp_world *world, const perp__island *island, d
             }
 }
 
-perp_status perp__hold_island(perp_world *world, const perp__island *island,
-                              perp__rigid_answer *answer, const perp__rigid_problem *problem,
-                              double tol)
+/* Velocities in what the rows that hold leave free, where they are an answer to the problem's tol
+ * with the impulses that there are. */
+static perp_status hold(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
+                        const perp__rigid_problem *problem)
 {
     perp__island_work *work = &world->work;
     const int32_t n = world->dof;
@@ -150,7 +140,7 @@ perp_status perp__hold_island(perp_world *world, const perp__island *island,
         if (norm != 0.0)
             perp__raise_to(&evidence.own, norm / work->strength[i]);
     }
-    outcome = perp__gate(&evidence, tol, answer->outcome);
+    outcome = perp__gate(&evidence, problem->tol, answer->outcome);
     if (perp__is_good(outcome)) {
         answer->outcome = perp__worse_outcome(outcome, answer->outcome);
         return PERP_OK;
@@ -196,14 +186,13 @@ static perp_status solve_by(perp_world *world, const perp__island *island,
 static perp_status solve(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
                          perp__rigid_problem *problem, int32_t *in_vain)
 {
-    double tol = problem->tol;
     perp_status status = solve_by(world, island, answer, problem, in_vain);
 
     if (status == PERP_OK && !perp__is_good(answer->outcome) &&
         world->settings.accuracy != PERP_ACCURACY_EXACT)
-        say_outcome(answer, tol = perp__swept_tol(world));
+        say_outcome(answer, perp__swept_tol(world));
     if (status == PERP_OK && perp__is_good(answer->outcome))
-        status = perp__hold_island(world, island, answer, problem, tol);
+        status = hold(world, island, answer, problem);
     if (status == PERP_OK && perp__is_good(answer->outcome) && island->joints > 0 &&
         world->work.carriers == 0)
         perp__stop_still(world, island);

@@ -395,8 +395,8 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
         } while (island->joints == 0 && find_hits(world, island, h, slow) > 0);
         mean = lasts(world, island, 0.0);
         for (i = 0; i < work->count; i++)
-            memcpy(perp__step_response(world, island, work->chosen[i])->next, work->impulse + 3 * i,
-                   3 * sizeof(double));
+            perp__tell_contact(world, island, i,
+                               perp__step_response(world, island, work->chosen[i])->next);
         passed = work->count;
         perp__choose_rows(world, island, NULL);
         t = fmin(first_impact(world, island, whole, mean, &which), whole);

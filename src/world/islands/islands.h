@@ -146,7 +146,6 @@ double perp__closed_gap(const perp_world *world, const perp__world_contact *cont
 int32_t perp__number_of(perp_world *world, const perp__island *island, int32_t body);
 /* |C^-1 v| of a body: half its square is the kinetic energy. */
 double perp__mass_norm(const perp_world *world, int32_t body, const double *v);
-double perp__mass_product(const perp_world *world, int32_t body, const double *x, const double *y);
 /* J M^-1 J' of row k: what an impulse of 1 along it makes of its velocity. */
 double perp__moved_by(const perp_world *world, const perp__island *island,
                       const perp__rigid_rows *rows, int32_t k);
@@ -166,6 +165,10 @@ double perp__row_velocity(const perp_world *world, int32_t i, int32_t k, const d
 /* The problem of the chosen rows with work.free, and where its answer goes. */
 void perp__pose_island(perp_world *world, const perp__island *island, perp__rigid_problem *problem);
 void perp__receive(perp_world *world, perp__rigid_answer *answer);
+/* The impulse of the chosen contact i along the axes of the step's beginning: beside joints its
+ * rows have turned since. */
+void perp__tell_contact(const perp_world *world, const perp__island *island, int32_t i,
+                        double *impulse);
 /* Adds the impulses of the answer, and takes its modes. */
 void perp__take_answer(perp_world *world, const perp__island *island);
 /* The twists of the island's bodies, from work.moving and work.now. */
@@ -183,10 +186,6 @@ double perp__swept_tol(const perp_world *world);
 perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
                              perp__verdict *verdict);
 
-/* Velocities in what the rows that hold leave free, where they are an answer to tol as well. */
-perp_status perp__hold_island(perp_world *world, const perp__island *island,
-                              perp__rigid_answer *answer, const perp__rigid_problem *problem,
-                              double tol);
 /* The sizes of the terms that each body's velocity is made of. */
 void perp__find_strengths(const perp_world *world, const perp__island *island, double *strength);
 /* impacts.c: an island solved to tol. */

@@ -273,14 +273,36 @@ void perp__receive(perp_world *world, perp__rigid_answer *answer)
     answer->carrier = work->carrier;
 }
 
+void perp__tell_contact(const perp_world *world, const perp__island *island, int32_t i,
+                        double *impulse)
+{
+    const double *r = world->work.impulse + 3 * i;
+    const perp__rigid_rows *rows = &world->work.rows[i];
+    const perp__world_contact *contact = perp__step_contact(world, island, world->work.chosen[i]);
+    const int32_t side = rows->body[1] >= 0;
+    double push[3] = {0.0}, twist[6];
+
+    if (island->joints == 0 || perp__is_zero3(r)) {
+        perp__copy3(impulse, r);
+        return;
+    }
+    for (int32_t k = 0; k < rows->dim; k++) {
+        perp__twist_of(world, rows->rows[side][k], twist);
+        perp__add3(push, side == 1 ? r[k] : -r[k], twist);
+    }
+    perp__apply3(impulse, contact->axes[0], push);
+}
+
 void perp__take_answer(perp_world *world, const perp__island *island)
 {
     const perp__island_work *work = &world->work;
 
     for (int32_t i = 0; i < work->count; i++) {
         perp__response *response = perp__step_response(world, island, work->chosen[i]);
+        double told[3];
 
-        perp__add3(response->impulse, 1.0, work->impulse + 3 * i);
+        perp__tell_contact(world, island, i, told);
+        perp__add3(response->impulse, 1.0, told);
         perp__copy3(response->next, work->impulse + 3 * i);
         response->mode = work->modes[i];
     }

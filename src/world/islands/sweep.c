@@ -191,70 +191,6 @@ static int32_t goes_nowhere(const perp_world *world, const perp__island *island,
     return 1;
 }
 
-/* ---- energy ----
- *
- * Impulses that passes have not brought to an answer, and ways out of overlap, may give energy.
- * With d what impulses make of the velocities, m the mean of these before and after the step,
- * beside those of what the island is tied to, and f the forces, it grows by
- *
- *   d'M m + h f'(m - moving).
- *
- * Then there is less of d, and the way is more that of m. */
-
-/* x'My of the island's bodies. */
-static double mass_product(const perp_world *world, const perp__island *island, const double *x,
-                           const double *y)
-{
-    double sum = 0.0;
-
-    for (int32_t i = 0; i < island->bodies; i++)
-        sum += perp__mass_product(world, world->work.members[i], x + world->dof * i,
-                                  y + world->dof * i);
-    return sum;
-}
-
-static int32_t take_energy(perp_world *world, const perp__island *island, double h)
-{
-    perp__island_work *work = &world->work;
-    const int32_t numbers = world->dof * island->bodies;
-    double *d = work->solved, *m = work->drift, size, work_of_d, growth = 0.0, share, shift[6];
-    double frame[6] = {0.0}, beside[6];
-    int32_t scaled;
-
-    if (!perp__find_frame(world, island, frame))
-        return 0;
-    perp__coordinates_of(world, frame, beside);
-    for (int32_t i = 0; i < numbers; i++) {
-        d[i] = work->v[i] - work->start[i] - work->gain[i];
-        m[i] = 0.5 * (work->start[i] + work->v[i]) - beside[i % world->dof];
-    }
-    work_of_d = mass_product(world, island, d, m);
-    size = mass_product(world, island, d, d);
-    scaled = work_of_d > PERP__SUM_ROUNDING * size;
-    if (scaled) {
-        share = fmax(1.0 - 2.0 * work_of_d / size, 0.0);
-        for (int32_t i = 0; i < numbers; i++) {
-            work->v[i] -= (1.0 - share) * d[i];
-            work->moving[i] -= 0.5 * (1.0 - share) * d[i];
-            m[i] -= 0.5 * (1.0 - share) * d[i];
-        }
-        for (int32_t i = 0; i < 3 * island->contacts; i++)
-            work->impulse[i] *= share;
-        work_of_d = 0.0;
-    }
-    for (int32_t i = 0; i < numbers; i++)
-        d[i] = (m[i] += beside[i % world->dof]) - work->moving[i];
-    /* what forces do where bodies move by `moving` over h, not by m */
-    for (int32_t i = 0; i < island->bodies; i++) {
-        perp__twist_of(world, d + world->dof * i, shift);
-        growth -= h * perp__work_needed(world, work->members[i], shift);
-    }
-    share = work_of_d + growth > PERP__SUM_ROUNDING * size ? fmax(-work_of_d / growth, 0.0) : 1.0;
-    for (int32_t i = 0; i < numbers && share < 1.0; i++)
-        work->moving[i] = m[i] - share * d[i];
-    return scaled;
-}
-
 void perp__pose_sweep(perp_world *world, const perp__island *island, double h,
                       perp__sweeping *sweeping)
 {
@@ -315,17 +251,6 @@ static int32_t gives_energy(const perp_world *world, const perp__island *island,
     return work > (perp__swept_tol(world) + turn * turn) * size;
 }
 
-/* The residual after some of the impulses were taken back. */
-static perp_status measure_again(perp_world *world, const perp__island *island, double h,
-                                 perp__rigid_answer *answer, const perp__rigid_problem *problem)
-{
-    const perp__passes passes = {.h = 1.0, .measures = 1};
-
-    perp__close_gaps(world, island, h);
-    memcpy(world->work.warm, world->work.impulse, 3 * (size_t)world->work.units * sizeof(double));
-    return perp__coloured_step(&world->coloured, answer, NULL, problem, &passes);
-}
-
 /* What the island has come to, for its bodies, contacts and joints. */
 static void finish(perp_world *world, const perp__island *island, double h, perp__verdict *verdict)
 {
@@ -339,7 +264,7 @@ static void finish(perp_world *world, const perp__island *island, double h, perp
     for (int32_t i = 0; i < island->contacts; i++) {
         perp__response *response = perp__step_response(world, island, i);
 
-        perp__copy3(response->impulse, work->impulse + 3 * i);
+        perp__tell_contact(world, island, i, response->impulse);
         perp__copy3(response->next, work->impulse + 3 * i);
         response->mode = work->modes[i];
     }
@@ -377,8 +302,8 @@ perp_status perp__begin_sweep(perp_world *world, const perp__island *island, dou
     return status;
 }
 
-/* Impacts, energy, and what came so near to rest. */
-static perp_status follow_sweep(perp_world *world, const perp__island *island, double h,
+/* Impacts, and what came so near to rest. */
+static perp_status follow_sweep(perp_world *world, const perp__island *island,
                                 perp__verdict *verdict, perp__sweeping *sweeping)
 {
     const perp__rigid_problem *problem = &sweeping->problem;
@@ -390,8 +315,6 @@ static perp_status follow_sweep(perp_world *world, const perp__island *island, d
         verdict->impacts = 1;
         status = bounce(world, island, answer, problem, &sweeping->step);
     }
-    if (status == PERP_OK && island->joints == 0 && take_energy(world, island, h))
-        status = measure_again(world, island, h, answer, problem);
     verdict->residual = answer->tested;
     verdict->drive = answer->drive;
     verdict->outcome = answer->tested <= problem->tol ? PERP_OUTCOME_SOLVED
@@ -404,7 +327,7 @@ perp_status perp__end_sweep(perp_world *world, const perp__island *island, doubl
                             perp__verdict *verdict, perp__sweeping *sweeping)
 {
     const int32_t stood = verdict->stands;
-    perp_status status = stood ? PERP_OK : follow_sweep(world, island, h, verdict, sweeping);
+    perp_status status = stood ? PERP_OK : follow_sweep(world, island, verdict, sweeping);
 
     if (status == PERP_OK && !stood && sweeping->carried && goes_nowhere(world, island, h)) {
         if (island->joints == 0) /* overlap that no energy is left for stays */
@@ -455,7 +378,7 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
             verdict->turn = rounds.turn;
         }
     }
-    /* 3. impacts, energy, and what they leave */
+    /* 3. impacts, and what they leave */
     if (status == PERP_OK && !verdict->stands)
         verdict->rough |= island->joints > 0 && perp__is_rough(&rounds);
     return status == PERP_OK ? perp__end_sweep(world, island, h, verdict, &sweeping) : status;

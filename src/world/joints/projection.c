@@ -8,8 +8,8 @@
  *
  * At last bodies that impulses and joints join have no more energy than before the step and forces
  * gave them. What inertia gave that turned beside the angular velocity is taken from that; what
- * else contacts gave, from their impulses; and where ways that close joints were up a potential or
- * a path had not settled, all velocities get smaller, in one ratio: those that obey joints do so
+ * else contacts gave, from ways and impulses; and where ways that close joints were up a potential
+ * or a path had not settled, all velocities get smaller, in one ratio: those that obey joints do so
  * still. What is free to fly keeps its momentum. */
 #include <math.h>
 #include <string.h>
@@ -262,42 +262,35 @@ static double work_of_motors(const perp_world *world, const perp__island *island
  * friction; that of the frame across them. */
 static void velocity_to_keep(const perp_world *world, const perp__island *island, double *kept)
 {
-    double mass = 0.0, momentum[3] = {0.0}, line[3] = {0.0}, normal[3] = {0.0}, frame[3];
-    int32_t ways = 3; /* that it may take */
+    double mass = 0.0, momentum[3] = {0.0}, across[3][3];
+    int32_t held = 0;
 
-    (void)perp__find_frame(world, island, frame);
-    for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
-        mass += world->bodies[body].mass;
-        perp__add3(momentum, world->bodies[body].mass, world->next[body].velocity);
-    }
-    perp__add3(momentum, -mass, frame);
-    for (int32_t k = 0; k < 2 * island->joints && ways > 0; k++)
-        ways *= perp__is_dynamic(world, perp__island_joint(world, island, k / 2)->body[k % 2]);
-    for (int32_t i = 0; i < island->contacts && ways > 0; i++) {
+    for (int32_t k = 0; k < 2 * island->joints; k++)
+        if (!perp__is_dynamic(world, perp__island_joint(world, island, k / 2)->body[k % 2]))
+            held = 3;
+    for (int32_t i = 0; i < island->contacts && held < 3; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
-        const double *n = contact->axes[0];
 
         if (perp__is_dynamic(world, contact->body_a) && perp__is_dynamic(world, contact->body_b))
             continue;
-        if (contact->friction > 0.0 || (ways == 1 && fabs(perp__dot3(line, n)) > PERP__PARALLEL)) {
-            ways = 0;
-        } else if (ways == 3) {
-            perp__copy3(normal, n);
-            ways = 2;
-        } else if (ways == 2) {
-            perp__cross(line, normal, n);
-            ways -= perp__normalise3(line) > PERP__PARALLEL;
-        }
+        perp__copy3(across[held], contact->axes[0]);
+        for (int32_t k = 0; k < held; k++)
+            perp__add3(across[held], -perp__dot3(across[held], across[k]), across[k]);
+        held =
+            contact->friction > 0.0 ? 3 : held + (perp__normalise3(across[held]) > PERP__PARALLEL);
     }
-    memset(kept, 0, sizeof momentum);
-    if (ways == 1)
-        perp__add3(kept, perp__dot3(momentum, line) / mass, line);
-    else if (ways > 1)
+    (void)perp__find_frame(world, island, kept);
+    for (int32_t i = 0; i < island->bodies && held < 3; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
+
+        mass += world->bodies[body].mass;
+        perp__add3(momentum, world->bodies[body].mass, world->next[body].velocity);
+        perp__add3(momentum, -world->bodies[body].mass, kept);
+    }
+    for (int32_t k = 0; k < held && held < 3; k++)
+        perp__add3(momentum, -perp__dot3(momentum, across[k]), across[k]);
+    if (held < 3)
         perp__add3(kept, 1.0 / mass, momentum);
-    if (ways == 2)
-        perp__add3(kept, -perp__dot3(kept, normal), normal);
-    perp__add3(kept, 1.0, frame);
 }
 
 /* The kinetic energy beside that of the velocity to keep. */
@@ -475,60 +468,129 @@ static double take_from_turns(perp_world *world, const perp__island *island, int
     return energy_given(world, island);
 }
 
-/* Impulses give less, all in one ratio 1 - t, where the energy of what they make of velocities is
- * less by so much then: by t (d'M v) - t^2 d'M d/2, with d what they make of v. */
-static void take_impulses(perp_world *world, const perp__island *island, double excess)
+/* Takes what the step gave from ways, as far as these did more than those of the mean velocities,
+ * to which forces do what kinetic energy says: out of overlap, or where an impact took velocity. */
+static double take_from_ways(perp_world *world, const perp__island *island, double given)
+{
+    double sum = 0.0, share = 0.0, way[6] = {0.0};
+
+    for (int32_t i = 0; i < 2 * island->bodies; i++) {
+        const int32_t body = world->body_order[island->first_body + i % island->bodies];
+        const perp__state *from = &world->states[body];
+        perp__state *to = &world->next[body];
+        double gave;
+
+        for (int32_t k = 0; k < 3; k++)
+            way[k] = to->position[k] - from->position[k] -
+                     0.5 * world->step_length * (from->velocity[k] + to->velocity[k]);
+        gave = fmax(perp__work_needed(world, body, way), 0.0);
+        if (i >= island->bodies && gave > 0.0)
+            perp__add3(to->position, -share, way);
+        else if (i < island->bodies)
+            share = fmin(given / (sum += gave), 1.0);
+    }
+    return energy_given(world, island);
+}
+
+/* The next velocities without friction. */
+static void leave_friction(perp_world *world, const perp__island *island)
+{
+    for (int32_t i = 0; i < 2 * island->contacts; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i / 2);
+        const int32_t body = i % 2 == 0 ? contact->body_a : contact->body_b;
+        double row[6], moment[3] = {0.0}, seen[3];
+
+        if (!perp__is_dynamic(world, body))
+            continue;
+        for (int32_t k = 1; k < 3; k++) {
+            const double r = perp__step_response(world, island, i / 2)->impulse[k];
+
+            perp__contact_row(contact, i % 2, k, row);
+            perp__add3(world->next[body].velocity, -r * world->bodies[body].inverse_mass, row);
+            perp__add3(moment, -r, row + 3);
+        }
+        perp__apply_transposed3(seen, world->motions[body].rotation, moment);
+        perp__apply3(moment, world->bodies[body].inverse_inertia, seen);
+        perp__apply3(seen, world->motions[body].rotation, moment);
+        perp__add3(world->next[body].angular_velocity, 1.0, seen);
+    }
+}
+
+/* Impulses give less in one ratio 1 - t, all or those of friction, and ways half of what velocities
+ * lose. With d what these make of velocities and g what forces do energy is less by
+ * t d'M (v - g/2) - t^2 d'M d/2. Returns what is left. */
+static double take_impulses(perp_world *world, const perp__island *island, double excess,
+                            int32_t friction)
 {
     const perp__verdict *verdict = &perp__island_motion(world, island, 0)->verdict;
-    double square = 0.0, slope = 0.0, t, root;
+    double frame[3], nothing[3] = {0.0}, slope, square, t, root;
 
+    /* 1. velocities without these impulses; d */
+    (void)perp__find_frame(world, island, frame);
+    slope = kinetic_beside(world, island, frame);
     for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
-        const double *free = world->motions[body].free;
-        double twist[6], v[6], d[6];
+        perp__motion *motion = perp__island_motion(world, island, i);
+        perp__state *next = &world->next[world->body_order[island->first_body + i]];
 
-        perp__copy3(twist, world->next[body].velocity);
-        perp__copy3(twist + 3, world->next[body].angular_velocity);
-        perp__coordinates_of(world, twist, v);
-        perp__add3(twist, -1.0, free);
-        perp__add3(twist + 3, -1.0, free + 3);
-        perp__coordinates_of(world, twist, d);
-        square += perp__mass_product(world, body, d, d);
-        slope += perp__mass_product(world, body, d, v);
+        perp__copy3(motion->shift, next->velocity);
+        perp__copy3(motion->shift + 3, next->angular_velocity);
+        perp__copy3(next->velocity, friction ? motion->shift : motion->free);
+        perp__copy3(next->angular_velocity, (friction ? motion->shift : motion->free) + 3);
     }
-    excess = fmin(excess, slope * slope / (2.0 * square)); /* the most that it can be */
-    root = sqrt(fmax(slope * slope - 2.0 * square * excess, 0.0));
-    t = slope > 0.0 ? fmin(2.0 * excess / (slope + root), 1.0) : 0.0;
+    if (friction)
+        leave_friction(world, island);
+    slope -= kinetic_beside(world, island, frame);
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
-        const double *free = world->motions[body].free;
+        const perp__motion *motion = &world->motions[body];
         perp__state *next = &world->next[body];
 
+        perp__subtract3(next->velocity, motion->shift, next->velocity);
+        perp__subtract3(next->angular_velocity, motion->shift + 3, next->angular_velocity);
+        slope -= 0.5 * world->bodies[body].mass *
+                 (perp__dot3(next->velocity, motion->free) -
+                  perp__dot3(next->velocity, world->states[body].velocity));
+    }
+    square = 2.0 * kinetic_beside(world, island, nothing);
+    slope += 0.5 * square;
+
+    /* 2. as much as there is of these impulses, and of energy by them */
+    root = sqrt(fmax(slope * slope - 2.0 * square * excess, 0.0));
+    t = slope > 0.0 ? fmin(fmin(2.0 * excess / (slope + root), slope / square), 1.0) : 0.0;
+
+    /* 3. velocities, ways, and what is told */
+    for (int32_t i = 0; i < island->bodies; i++) {
+        perp__motion *motion = perp__island_motion(world, island, i);
+        perp__state *next = &world->next[world->body_order[island->first_body + i]];
+
+        perp__add3(next->position, -0.5 * world->step_length * t, next->velocity);
         for (int32_t k = 0; k < 3; k++) {
-            next->velocity[k] -= t * (next->velocity[k] - free[k]);
-            next->angular_velocity[k] -= t * (next->angular_velocity[k] - free[3 + k]);
+            next->velocity[k] = motion->shift[k] - t * next->velocity[k];
+            next->angular_velocity[k] = motion->shift[3 + k] - t * next->angular_velocity[k];
         }
     }
     for (int32_t i = 0; i < 3 * island->contacts; i++)
-        perp__step_response(world, island, i / 3)->impulse[i % 3] *= 1.0 - t;
+        if (!friction || i % 3 > 0)
+            perp__step_response(world, island, i / 3)->impulse[i % 3] *= 1.0 - t;
     /* u + t (q - u) misses by t beside what drives it, and by no more than t d */
-    t *= fmin(sqrt(square) / verdict->drive, 1.0);
     if (verdict->swept)
-        perp__raise_to(&world->scaled, verdict->residual + t);
+        perp__raise_to(&world->scaled,
+                       verdict->residual + t * fmin(sqrt(square) / verdict->drive, 1.0));
+    return energy_given(world, island);
 }
 
-/* Energy that was given goes whence it came, of bodies that impulses join: from turns, and where
- * contacts alone act from these impulses, and from all that turns. So momentum is that of the
+/* Energy that was given goes whence it came: from turns, and where contacts alone act from ways,
+ * friction where slips turn round, all impulses, and all that turns. So momentum is that of the
  * impulses that are told. Returns what is left. */
 static double take_given(perp_world *world, const perp__island *island)
 {
     double given = take_from_turns(world, island, 0);
 
-    for (int32_t all = 0; all < 2 && given > 0.0 && island->joints == 0; all++) {
-        take_impulses(world, island, given);
-        given = take_from_turns(world, island, all);
-    }
-    return given;
+    if (given > 0.0 && island->joints == 0)
+        given = take_from_ways(world, island, given);
+    for (int32_t k = 1; k >= 0 && given > 0.0 && island->joints == 0; k--)
+        given = take_impulses(world, island, given, k);
+    return given > 0.0 && island->joints == 0 ? take_from_turns(world, island, 1) : given;
 }
 
 static void place_again(perp_world *world, const perp__island *island)
@@ -565,12 +627,13 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed)
 
         for (int32_t k = 0; k < island->bodies; k++)
             perp__island_motion(world, island, k)->unspent = fmax(-given, 0.0) / island->bodies;
-        *changed |= given > 0.0;
-        given = given > 0.0 ? take_given(world, island) : 0.0;
-        if (given > 0.0 && keep_energy(world, island, given)) {
+        if (!(given > 0.0))
+            continue;
+        *changed = 1;
+        given = take_given(world, island);
+        if (given > 0.0 && keep_energy(world, island, given))
             (void)perp__island_errors(world, island);
-            place_again(world, island);
-        }
+        place_again(world, island);
     }
     return status;
 }
