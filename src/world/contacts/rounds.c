@@ -142,7 +142,7 @@ static int32_t presses(const perp_world *world, const perp__world_contact *conta
  *
  *   f(t) = gap + t n.v + n.(R(t w) - 1) r = gap + t a + b sin(t |w|) + c (1 - cos(t |w|)),
  *
- * r to the core of a round shape, which turns below its contact. f'' >= -|w|^2 |(b, c)|. */
+ * r to the core of the shape: contacts are midway between surfaces. f'' >= -|w|^2 |(b, c)|. */
 static int32_t meets_plane(const perp_world *world, const perp__world_contact *contact,
                            const double ways[2][6])
 {
@@ -154,7 +154,8 @@ static int32_t meets_plane(const perp_world *world, const perp__world_contact *c
     if (!perp__is_zero3(beside + 3))
         return 1;
     perp__add3(n, side == 1 ? 1.0 : -1.0, contact->axes[0]);
-    perp__along3(core, contact->arms[side], world->shapes[shapes[side]].geometry.radius, n);
+    perp__along3(core, contact->arms[side],
+                 world->shapes[shapes[side]].geometry.radius + 0.5 * contact->gap, n);
     perp__copy3(axis, v + 3);
     const double angle = perp__normalise3(axis);
     perp__cross(rate, axis, core);
@@ -169,9 +170,7 @@ static int32_t meets_plane(const perp_world *world, const perp__world_contact *c
 
         if (apart <= contact->rounding)
             return 1;
-        t += most > 0.0    ? (slope + sqrt(slope * slope + 2.0 * most * apart)) / most
-             : slope < 0.0 ? -apart / slope
-                           : INFINITY;
+        t += 2.0 * apart / (sqrt(slope * slope + 2.0 * most * apart) - slope);
         if (t > 1.0)
             return 0;
     }

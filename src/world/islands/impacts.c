@@ -7,10 +7,10 @@
  *
  *   0 <= r_n  perp  u_n+ + e u_n- >= 0    at every contact that touches,   Coulomb's law of u_t+;
  *
- * and the rest of the step begins there. What presses without impact has velocity -gap / t at the
- * end of its interval, so that it ends touching; where all of it lasts (its normal velocities are 0
- * at both ends) positions move with the mean of both velocities, which is second order, else with
- * the one at the end.
+ * and the rest of the step begins there, in which all are hit alike. What presses without impact
+ * has velocity -gap / t at the end of its interval, so that it ends touching; where all of it lasts
+ * (its normal velocities are 0 at both ends) positions move with the mean of both velocities, which
+ * is second order, else with the one at the end.
  *
  * An approach slower than a share of what the forces of the step make, |u_n| <= h |a_n| / (2 n)
  * with at most n impacts a step, is resting contact: bounces die out, and end at rest. Within a
@@ -71,8 +71,10 @@ double perp__forced_speed(const perp_world *world, int32_t i, int32_t bodies, in
 }
 
 /* Marks contacts of the interval at hand that are hit in it, beside those that are; returns whether
- * there are any. slow: the share of a step's change of velocity below which an approach is none. */
-static int32_t find_hits(perp_world *world, const perp__island *island, double h, double slow)
+ * there are any. slow: the share of a step's change of velocity below which an approach is none.
+ * After an impact those without restitution are hit as well: what it throws at them stops there. */
+static int32_t find_hits(perp_world *world, const perp__island *island, double h, int32_t impacts,
+                         double slow)
 {
     perp__island_work *work = &world->work;
     const int32_t lies = perp__lies_on_something(world, island);
@@ -80,8 +82,7 @@ static int32_t find_hits(perp_world *world, const perp__island *island, double h
 
     for (i = 0; i < work->count; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, work->chosen[i]);
-        if (!(contact->restitution > 0.0))
-            continue;
+        const int32_t bounces = contact->restitution > 0.0 || impacts > 0;
         const double u = work->came[i];
         const double forced = perp__row_velocity(world, i, 0, work->gain, island->bodies, 0);
         const double gap = work->gap[work->chosen[i]];
@@ -89,10 +90,8 @@ static int32_t find_hits(perp_world *world, const perp__island *island, double h
         const double made = perp__forced_speed(world, i, island->bodies, lies);
         const double terms = perp__normal_terms(world, i, work->now, island->bodies);
 
-        if (!(work->impulse[3 * i] > 0.0) || !(speed > slow * made + PERP__NEGLIGIBLE * terms))
-            continue;
-        work->hit[work->chosen[i]] = 1;
-        hits++;
+        if (bounces && work->impulse[3 * i] > 0.0 && speed > slow * made + PERP__NEGLIGIBLE * terms)
+            hits += work->hit[work->chosen[i]] = 1;
     }
     return hits;
 }
@@ -145,12 +144,11 @@ static int32_t lasts(const perp_world *world, const perp__island *island, double
 
     for (int32_t i = 0; i < work->count; i++) {
         const double way = fmax(work->gap[work->chosen[i]], 0.0) / world->step_length;
-        double terms;
 
         if (!(work->impulse[3 * i] > 0.0) || (way == 0.0 && work->came[i] == 0.0))
             continue;
-        terms = perp__normal_terms(world, i, work->now, island->bodies) +
-                perp__normal_terms(world, i, work->gain, island->bodies);
+        const double terms = perp__normal_terms(world, i, work->now, island->bodies) +
+                             perp__normal_terms(world, i, work->gain, island->bodies);
         if (way > tol * terms || fabs(work->came[i]) > fmax(PERP__NEGLIGIBLE, tol) * terms)
             return 0;
     }
@@ -392,7 +390,7 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
             *done = 1;
             if (status != PERP_OK || has_no_answer(verdict))
                 return status;
-        } while (island->joints == 0 && find_hits(world, island, h, slow) > 0);
+        } while (island->joints == 0 && find_hits(world, island, h, verdict->impacts, slow) > 0);
         mean = lasts(world, island, 0.0);
         for (i = 0; i < work->count; i++)
             perp__tell_contact(world, island, i,
@@ -482,7 +480,7 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
     const int32_t most = share < 1 ? 1 : share;
     perp__island_work *work = &world->work;
     double left = h;
-    int32_t done = 0, hits;
+    int32_t done = 0;
     perp_status status;
 
     /* 1. Nothing has moved yet. */
@@ -502,8 +500,7 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
         if (status != PERP_OK || has_no_answer(verdict))
             return status;
         memset(work->hit, 0, (size_t)island->contacts * sizeof *work->hit);
-        hits = find_hits(world, island, h, 0.5 / most);
-        if (hits == 0) {
+        if (find_hits(world, island, h, verdict->impacts, 0.5 / most) == 0) {
             perp__take_answer(world, island);
             /* what stands goes as its carrier does, which has its velocity all along */
             go(world, island, left, !verdict->stands && lasts(world, island, 0.0), left);
