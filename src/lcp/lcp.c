@@ -497,7 +497,9 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
     /* 2. The plan's methods; a ray that proves nothing leaves the next one its chance. */
     count = perp__make_plan(solver, steps);
     for (int32_t k = 0; k < count && status == PERP_OK; k++) {
-        status = run(solver, &steps[k], z0);
+        if (steps[k].as_lu)
+            status = perp__sparse_block_lu_cost(&solver->block, &steps[k].iteration_limit);
+        PERP__THEN(status, run(solver, &steps[k], z0));
         if (status == PERP_OK && steps[k].method == PERP_LCP_LEMKE)
             status = play(solver);
         if (ends_the_search(solver))

@@ -75,6 +75,10 @@ int32_t perp__make_plan(const perp_lcp_solver *solver, perp__plan_step *steps)
 
         if (block->kind != PERP__SPARSE_GENERAL || block->is_nearly_z || block->has_z_signs)
             count = add(steps, count, PERP_LCP_ACTIVE_SET);
+        else if (sweeps)
+            /* Their index set may settle long before their residual tells: as long as one of the
+             * factorisations takes that come next. */
+            steps[count++] = (perp__plan_step){.method = PERP_LCP_PGS, .share = 0.5, .as_lu = 1};
         if (path && !block->has_positive_diagonal)
             count = add(steps, count, PERP_LCP_LEMKE);
         count = add(steps, count, PERP_LCP_FISCHER);

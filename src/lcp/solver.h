@@ -195,6 +195,7 @@ typedef struct perp__plan_step {
     int64_t iteration_limit; /* <= 0: the method's own */
     double share;            /* of the time limit; 1: all that is left */
     int32_t leads;           /* iterations after which their rate may end it; 0: it does not */
+    int32_t as_lu;           /* what LU of M costs is the iteration_limit */
     int32_t rough;           /* its point is taken as it is, without the polish */
 } perp__plan_step;
 

@@ -143,10 +143,10 @@ int32_t perp__block_is_late(perp__sparse_block *block, double products)
     return is_late(block, PRODUCT * products);
 }
 
-static perp_status factor_general(perp__sparse_block *b)
+/* The block in compressed columns, ordered for LU. */
+static perp_status order_general(perp__sparse_block *b, perp__square *A)
 {
     perp_status status = perp__arena_fit(&b->general_arena, b->context, layout_general, b);
-    perp__square A;
 
     if (status == PERP_OK && b->lu_capacity < b->M->columns) { /* room for every block */
         perp__klu_destroy(b->lu);
@@ -158,13 +158,37 @@ static perp_status factor_general(perp__sparse_block *b)
     }
     if (status != PERP_OK)
         return status;
-    A = extract(b);
-    if (is_late(b, ORDERING * (double)A.column_starts[A.n]))
+    *A = extract(b);
+    if (is_late(b, ORDERING * (double)A->column_starts[A->n]))
         return PERP__FACTOR_SINGULAR;
-    status = perp__klu_reanalyse(b->lu, &A);
+    return perp__klu_reanalyse(b->lu, A);
+}
+
+static perp_status factor_general(perp__sparse_block *b)
+{
+    perp__square A;
+    const perp_status status = order_general(b, &A);
+
     if (status == PERP_OK && is_late(b, PRODUCT * perp__klu_products(b->lu)))
         return PERP__FACTOR_SINGULAR;
     return status == PERP_OK ? perp__klu_factor(b->lu, &A) : status;
+}
+
+perp_status perp__sparse_block_lu_cost(perp__sparse_block *block, int64_t *products)
+{
+    perp_status status;
+    perp__square A;
+
+    block->count = block->M->columns;
+    block->factored = 0;
+    block->rho = 0.0;
+    for (int32_t i = 0; i < block->count; i++)
+        block->active[i] = i;
+    status = order_general(block, &A);
+    *products = 1;
+    if (status == PERP_OK)
+        *products += (int64_t)(perp__klu_products(block->lu) / A.column_starts[A.n]);
+    return status == PERP__FACTOR_SINGULAR ? PERP_OK : status;
 }
 
 perp_status perp__sparse_block_grid(perp__sparse_block *block, perp__multigrid **grid)

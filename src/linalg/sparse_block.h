@@ -142,6 +142,10 @@ void perp__sparse_block_release(perp__sparse_block *block);
 /* Whether there is no time left for something that takes as long as so many products. */
 int32_t perp__block_is_late(perp__sparse_block *block, double products);
 
+/* How many products with a sparse M are as many multiplications as a factorisation of it by LU; 1
+ * if that would be late. The block forgets its factors. PERP_OK or _MEMORY. */
+perp_status perp__sparse_block_lu_cost(perp__sparse_block *block, int64_t *products);
+
 /* X := block^-1 X, or its transpose's, by the factors of a dense block; columns n apart. */
 void perp__dense_block_solve(const perp__sparse_block *block, int32_t columns, double *X,
                              int32_t transposed);

@@ -185,13 +185,7 @@ static int32_t is_too_slow(pgs_progress *progress, double tol, int64_t sweeps, i
     return !(needed >= 0.0 && needed <= (double)(limit - sweeps));
 }
 
-/* Before the sweeps that make one step. */
-static void gradient_before(conjugate *gradient, const perp__sweeper *sweeper)
-{
-    memcpy(gradient->before, sweeper->z, (size_t)sweeper->rows.n * sizeof *gradient->before);
-}
-
-/* After them: adds the direction to z, within the bounds. */
+/* After the sweeps that make one step: adds the direction to z, within the bounds. */
 static void gradient_after(conjugate *gradient, perp__sweeper *sweeper)
 {
     const perp__rows *rows = &sweeper->rows;
@@ -220,51 +214,40 @@ static void gradient_after(conjugate *gradient, perp__sweeper *sweeper)
     }
 }
 
-/* One sweep in the order that the settings ask for. */
-static void sweep_once(pgs_work *work, double *residual)
-{
-    if (work->sweep == PERP_SWEEP_SYMMETRIC && work->sweeps % 2 == 1)
-        perp__sweep_backward(&work->sweeper, residual);
-    else
-        perp__sweep(&work->sweeper, 1, residual);
-}
-
 /* One sweep or a few; returns how many. */
 static int32_t advance(pgs_work *work, int64_t limit, double *residuals)
 {
     const perp__lcp_problem *problem = work->common.problem;
-    const int32_t pair = work->sweep == PERP_SWEEP_SYMMETRIC;
-    int64_t count = work->sweeper.rows.entries > ENTRIES_IN_CACHE ? PERP__SWEEPS_AT_ONCE : 1;
+    const int32_t pair = work->sweep == PERP_SWEEP_SYMMETRIC, is_odd = work->sweeps % 2 == 1;
+    const size_t bytes = (size_t)problem->n * sizeof(double);
+    const int32_t at_once =
+        work->sweeper.rows.entries > ENTRIES_IN_CACHE && !pair && work->restarts == RESTARTS_MOST;
+    const int64_t most = at_once ? PERP__SWEEPS_AT_ONCE : 1, left = limit - work->sweeps;
+    const int32_t count = (int32_t)(most < left ? most : left);
 
-    if (count > limit - work->sweeps)
-        count = limit - work->sweeps;
-    if (work->restarts == RESTARTS_MOST && !pair) {
-        perp__sweep(&work->sweeper, (int32_t)count, residuals);
-    } else if (work->restarts == RESTARTS_MOST) {
-        sweep_once(work, residuals);
-        count = 1;
-    } else {
-        /* The step of the conjugate gradients is one sweep, or one to and one fro. Where the
-         * residual grows, they start again from the best z; where that happens often, they are
-         * left. */
-        if (!pair || work->sweeps % 2 == 0)
-            gradient_before(&work->gradient, &work->sweeper);
-        sweep_once(work, residuals);
+    if (work->restarts < RESTARTS_MOST && !(pair && is_odd))
+        memcpy(work->gradient.before, work->sweeper.z, bytes);
+    if (pair && is_odd)
+        perp__sweep_backward(&work->sweeper, residuals);
+    else
+        perp__sweep(&work->sweeper, count, residuals);
+    /* The step of the conjugate gradients is one sweep, or one to and one fro. Where the residual
+     * grows, they start again from the best z; where that happens often, they are left. */
+    if (work->restarts < RESTARTS_MOST) {
         if (*residuals <= problem->tol)
             work->gradient.norm = 0.0; /* z may be the solution: do not move it */
-        else if (!pair || work->sweeps % 2 == 1)
+        else if (!pair || is_odd)
             gradient_after(&work->gradient, &work->sweeper);
         if (!(*residuals <= GROWTH * work->remembered) && work->remembered < INFINITY) {
-            memcpy(work->sweeper.z, work->best, (size_t)problem->n * sizeof(double));
+            memcpy(work->sweeper.z, work->best, bytes);
+            memcpy(work->gradient.before, work->best, bytes);
             *residuals = work->remembered;
             work->gradient.norm = 0.0;
-            gradient_before(&work->gradient, &work->sweeper);
             work->restarts++;
         }
-        count = 1;
     }
     work->residual = residuals[count - 1];
-    return (int32_t)count;
+    return count;
 }
 
 /* Whether the active set has been the same for long enough to ask the polish. */
@@ -272,7 +255,6 @@ static int32_t is_settled(pgs_work *work)
 {
     const perp__rows *rows = &work->sweeper.rows;
     const double *z = work->sweeper.z;
-    const int64_t unchanged = work->sweeps / 3;
     int32_t changes = 0;
 
     for (int32_t i = 0; i < rows->n; i++) {
@@ -285,9 +267,8 @@ static int32_t is_settled(pgs_work *work)
     }
     if (changes)
         work->changed = work->sweeps;
-    return work->sweeps >= work->next_pause &&
-           work->sweeps - work->changed >=
-               (unchanged > SWEEPS_UNCHANGED ? unchanged : SWEEPS_UNCHANGED);
+    return work->sweeps >= work->next_pause && work->sweeps - work->changed >= SWEEPS_UNCHANGED &&
+           work->sweeps - work->changed >= work->sweeps / 3;
 }
 
 /* What the last sweeps mean: an outcome, or -1 to go on. */
