@@ -205,11 +205,9 @@ static void integrate(perp_world *world, perp__share *share, double h)
 
 int32_t perp__integrate(perp_world *world, double h)
 {
-    const int32_t lanes = perp__share_out(world, world->lively_count, integrate, h);
-    perp__share all = {0};
+    perp__share all = {.found = -1};
+    const int32_t lanes = perp__share_out(world, world->lively_count, integrate, h, &all);
 
-    all.end = lanes == 0 ? world->lively_count : 0;
-    integrate(world, &all, h);
     for (int32_t k = 0; k < lanes && all.found < 0; k++)
         all.found = world->lanes[k].share.found;
     return all.found;

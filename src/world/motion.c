@@ -25,6 +25,7 @@ void perp__place_shape(const perp__shape *shape, const double *position, const d
     double offset[3];
 
     placed->geometry = &shape->geometry;
+    placed->radius = shape->geometry.kind == PERP__PLANE ? INFINITY : shape->radius;
     perp__apply3(offset, R, shape->offset);
     perp__along3(placed->position, position, 1.0, offset);
     if (turned)

@@ -50,12 +50,10 @@ static void find_overlaps(perp_world *world, perp__share *share, double h)
 static double deepest(perp_world *world)
 {
     const double lack = world->joint_count > 0 ? perp__joint_errors(world) : 0.0;
-    const int32_t lanes = perp__share_out(world, world->pair_count, find_overlaps, 0.0);
     perp__share all = {0};
     double most = 0.0;
 
-    all.end = lanes == 0 ? world->pair_count : 0;
-    find_overlaps(world, &all, 0.0);
+    (void)perp__share_out(world, world->pair_count, find_overlaps, 0.0, &all);
     for (int32_t i = 0; i < world->awake_count; i++) {
         const int32_t body = world->awake[i];
 

@@ -65,22 +65,27 @@ typedef struct perp__body {
     double shape_inertia[9];
 } perp__body;
 
-/* Two shapes whose fat boxes overlap. What each pass reads comes first. */
+/* Two shapes whose fat boxes overlap. What lists and each pass read comes first. */
 typedef struct perp__pair {
     int32_t first; /* slots, first < second; -1: the pair is free */
     int32_t second;
-    int32_t body[2];      /* of the shapes */
-    double spare;         /* gap beyond which points of a half-space are left out: no motion so far
-                             goes so far; INFINITY: none */
-    int32_t open;         /* the shapes do not touch plainly at the start of the step */
-    int32_t joined;       /* how often their points have come */
-    int32_t listed;       /* among the ordered pairs, unless those are to be found anew */
-    int32_t made;         /* points at the start of the step */
-    int32_t plain;        /* which did not depend on what pressed in the step before */
-    int32_t changed;      /* memories are others than those of the step before */
-    int32_t same;         /* points are those of the last step: its contacts from the first on, */
-    uint64_t steps;       /* after so many steps; */
-    int32_t first_now;    /* its first one of this step, */
+    int32_t next[2]; /* links in the lists of the two shapes */
+    int32_t previous[2];
+    int32_t body[2]; /* of the shapes */
+    int8_t plane;    /* one is a half-space */
+    int8_t listed;   /* among the ordered pairs, unless those are to be found anew */
+    int8_t open;     /* the shapes do not touch plainly at the start of the step */
+    int8_t joined;   /* how often their points have come */
+    int8_t made;     /* points at the start of the step, PERP__MAX_POINTS at most; */
+    int8_t plain;    /* which did not depend on what pressed in the step before */
+    int8_t changed;  /* memories are others than those of the step before */
+    int8_t same;     /* points are those of the last step: its contacts from first_last on */
+    double spare;    /* gap from which on points of a half-space wait; INFINITY: none do */
+    double reach[2]; /* perp__turning_reach of the shapes */
+    perp__collision collision;
+    double overlap;       /* of the next states: projection.c */
+    uint64_t steps;       /* after which `made` are those at hand */
+    int32_t first_now;    /* its first contact of this step, */
     int32_t first_last;   /* and of the last */
     int32_t late, latest; /* contacts that came after the first round: a list; -1: none */
     int32_t first_memory; /* impulses of the last step, see perp__remember */
@@ -88,12 +93,6 @@ typedef struct perp__pair {
     int32_t had_first; /* those of the step before */
     int32_t had;
     int32_t first_kept; /* those that it fell asleep with; -1: none */
-    int32_t next[2];    /* links in the lists of the two shapes */
-    int32_t previous[2];
-    int32_t plane;   /* one is a half-space */
-    double reach[2]; /* perp__turning_reach of the shapes */
-    double overlap;  /* of the next states: projection.c */
-    perp__collision collision;
 } perp__pair;
 
 /* What a contact point was given in the last step, along the axes that come with its normal. */

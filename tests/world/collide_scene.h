@@ -61,7 +61,9 @@ static inline void scene_planar_rotation(double *R, double angle)
 /* At (x, y, z), not turned. */
 static inline perp__placed scene_place(const perp__geometry *geometry, double x, double y, double z)
 {
-    perp__placed placed = {geometry, {x, y, z}, {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0}};
+    perp__placed placed = {.geometry = geometry,
+                           .position = {x, y, z},
+                           .rotation = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0}};
     return placed;
 }
 

@@ -141,8 +141,9 @@ PERP__KERNEL static int are_aligned(const view *v)
 }
 
 PERP__MULTIVERSION_SHARED(perp__box_axes,
-                          (const perp__placed *a, const perp__placed *b, perp__axes *axes),
-                          (a, b, axes))
+                          (const perp__placed *a, const perp__placed *b, double far,
+                           perp__axes *axes),
+                          (a, b, far, axes))
 {
     perp__axis *axis = axes->axis;
     view v;
@@ -153,6 +154,8 @@ PERP__MULTIVERSION_SHARED(perp__box_axes,
     faces_of_b(&v, axis + 3);
     axes->faces[0] = axes->faces[1] = 3;
     axes->count = are_aligned(&v) ? 6 : PERP__BOX_AXES;
+    for (int k = 0; k < 6; k++)
+        axes->count = axis[k].separation > far ? 6 : axes->count;
     if (axes->count > 6) {
         edges_of_a(&v, 0, axis + 6);
         edges_of_a(&v, 1, axis + 9);

@@ -21,6 +21,7 @@ typedef struct perp__geometry {
 typedef struct perp__placed {
     const perp__geometry *geometry;
     double position[3];
+    double radius; /* of a sphere about it that holds a body's shape; half-spaces: INFINITY */
     double rotation[9];
 } perp__placed;
 

@@ -65,7 +65,9 @@ int32_t perp__axes_of(const perp__placed *a, const perp__placed *b, int32_t plan
     int32_t all = 1;
     axes->faces[0] = axes->faces[1] = axes->count = 0;
     if (perp__are_boxes(a, b, planar)) {
-        perp__box_axes(a, b, axes);
+        perp__box_axes(a, b, far, axes);
+        for (int k = 0; k < 6 && all; k++)
+            all = !(axes->axis[k].separation > far);
     } else if (!perp__is_ball_pair(a, b)) {
         perp__convex_pair_set(&pair, a, b, planar);
         all = perp__convex_axes(&pair, far, axes);

@@ -39,17 +39,6 @@ void perp__moved(const perp__moving *shape, double t, perp__placed *placed);
 /* Length of the relative way of the two, an upper bound. */
 double perp__relative_displacement(const perp__moving *a, const perp__moving *b);
 
-/* Whether the motion leaves a plane between the shapes, across `apart` with such a lead: with the
- * way of B beside A and what turning adds to it at most. */
-static inline int32_t perp__stay_apart(const double *apart, double lead, const double *displacement,
-                                       double turning)
-{
-    const double along =
-        apart[0] * displacement[0] + apart[1] * displacement[1] + apart[2] * displacement[2];
-
-    return lead + (along < 0.0 ? along : 0.0) - turning > 0.0;
-}
-
 /* Whether the shapes, none a half-space, touch or overlap at the start, where they have these axes,
  * in a way that leaves no doubt about the normal: one axis alone keeps them apart. */
 struct perp__axes;
@@ -120,9 +109,10 @@ static inline int32_t perp__is_same_way(double cosine)
 #define PERP__FLAT PERP__NEAR
 
 /* Boxes in space: 3 faces each and 9 products of edges; boxes whose axes are parallel have the 6
- * faces alone. A face axis is that of either side. */
+ * faces alone, and so have those that a face keeps farther apart than `far`. A face axis is that of
+ * either side. */
 #define PERP__BOX_AXES 15
-void perp__box_axes(const perp__placed *a, const perp__placed *b, perp__axes *axes);
+void perp__box_axes(const perp__placed *a, const perp__placed *b, double far, perp__axes *axes);
 /* Of any shape: its largest coordinate. */
 double perp__size_of(const perp__placed *shape);
 int perp__box_is_smaller(const perp__placed *a, const perp__placed *b);

@@ -327,7 +327,7 @@ int32_t perp__collide_convex(const perp__placed *a, const perp__placed *b, int32
     perp__convex_pair pair;
     perp__axes axes;
     if (boxes) {
-        perp__box_axes(a, b, &axes);
+        perp__box_axes(a, b, margin, &axes);
     } else {
         perp__convex_pair_set(&pair, a, b, planar);
         if (!perp__convex_axes(&pair, margin, &axes))

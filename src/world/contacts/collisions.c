@@ -19,40 +19,45 @@
 
 /* ---- what is covered ---- */
 
-/* Whether another shape near `shape` than `owner` holds the point. */
-static int32_t is_held(const perp_world *world, int32_t shape, int32_t owner, const double *point,
-                       double h, double t, double depth)
+/* Which of the points another shape near `shape` than `owner` holds, at the share t of the step:
+ * bit i for point i; one of them at least, or `all` that are held. */
+static uint32_t held_points(const perp_world *world, int32_t shape, int32_t owner,
+                            const double points[][3], int32_t count, double h, double t,
+                            double depth, int32_t all)
 {
     int32_t link = world->shapes[shape].first_link;
+    uint32_t held = 0;
 
-    while (link >= 0) {
+    while (link >= 0 && (all ? held != (1u << count) - 1u : !held && count > 0)) {
         const perp__pair *pair = &world->pairs[link / 2];
-        const int32_t other = link % 2 ? pair->first : pair->second;
-        const perp__shape *at = &world->shapes[other];
-        const double *v = world->motions[at->body].moving;
-        const double turning = perp__turning(world, at->body, pair->reach[1 - link % 2], h);
-        double between[3], reach = at->radius + turning;
+        const int32_t side = 1 - link % 2, other = side == 0 ? pair->first : pair->second;
+        const double *v = world->motions[pair->body[side]].moving;
         const perp__placed *there = &world->placed[other];
+        double between[3], reach = there->radius;
         perp__placed placed;
 
         link = pair->next[link % 2];
         if (other == owner)
             continue;
-        perp__subtract3(between, point, there->position);
-        reach += h * (fabs(v[0]) + fabs(v[1]) + fabs(v[2]));
-        if (at->geometry.kind != PERP__PLANE && perp__dot3(between, between) > reach * reach)
-            continue; /* it comes nowhere near the point */
-        if (t > 0.0) {
-            perp__moving moving;
+        if (t > 0.0)
+            reach += h * (fabs(v[0]) + fabs(v[1]) + fabs(v[2])) +
+                     perp__turning(world, pair->body[side], pair->reach[side], h);
+        for (int32_t i = 0; i < count; i++) {
+            perp__subtract3(between, points[i], world->placed[other].position);
+            if (held >> i & 1u || perp__dot3(between, between) > reach * reach)
+                continue; /* or it comes nowhere near the point */
+            if (t > 0.0 && there != &placed) {
+                perp__moving moving;
 
-            perp__moving_shape(world, other, h, &moving);
-            perp__moved(&moving, t, &placed);
-            there = &placed;
+                perp__moving_shape(world, other, h, &moving);
+                perp__moved(&moving, t, &placed);
+                there = &placed;
+            }
+            if (perp__holds(there, points[i], depth))
+                held |= 1u << i;
         }
-        if (perp__holds(there, point, depth))
-            return 1;
     }
-    return 0;
+    return held;
 }
 
 /* A pair in its motion, and where the points of its collision go. */
@@ -91,19 +96,20 @@ static int32_t is_covered(const encounter *e, const perp__footing *at, double t,
 {
     const perp_world *world = e->world;
     double probes[PERP__MAX_PROBES][3], normals[PERP__MAX_PROBES][3];
-    int32_t faces, held = 0;
+    uint32_t held;
+    int32_t faces;
 
     if (!perp__is_dynamic(world, world->shapes[shape].body) &&
         world->bodies[world->shapes[owner].body].shapes < 2)
         return 0;
     faces = perp__probe_faces(placed, at, probes, normals);
-    for (int32_t i = 0; i < faces && (whole || !held); i++)
-        if (is_held(world, shape, owner, probes[i], e->h, t, 0.25 * at->crack))
-            held = 1;
-        else if (whole && perp__separation(placed, beside, normals[i]) <
-                              -perp__pair_thickness(world, e->pair))
+    held = held_points(world, shape, owner, (const double(*)[3])probes, faces, e->h, t,
+                       0.25 * at->crack, whole);
+    for (int32_t i = 0; i < faces && whole; i++)
+        if (!(held >> i & 1u) &&
+            perp__separation(placed, beside, normals[i]) < -perp__pair_thickness(world, e->pair))
             return 0;
-    return held;
+    return held != 0;
 }
 
 /* Whether either surface is covered where the points lie deepest; or on the whole: in the middle of
@@ -422,7 +428,13 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
     reach = perp__greater(touching, perp__greater(near, perp__way_of(&e.a) + perp__way_of(&e.b)));
     axes.count = 0;
     if (perp__are_near(world, pair, reach)) {
-        pair->plain = perp__axes_of(e.a.start, e.b.start, world->settings.planar, reach, &axes);
+        const double parted = perp__separation(e.a.start, e.b.start, pair->collision.apart);
+
+        pair->collision.lead = parted - touching;
+        if (parted > reach + e.near.rounding) /* along what kept them apart before */
+            return 0;
+        pair->plain =
+            (int8_t)perp__axes_of(e.a.start, e.b.start, world->settings.planar, reach, &axes);
         made = pair->plain ? touch_along(&e, pair, &axes, near) : 0;
     }
     note_lead(&e, pair, &axes, made);
@@ -473,7 +485,8 @@ typedef struct overlap {
     double separation, normal[3]; /* in the world, from the first to the second */
 } overlap;
 
-/* At the share t of the step. Apart by more than `far` they lack nothing. */
+/* At the share t of the step. Apart by more than `far` they lack nothing; mostly the axis that kept
+ * them so at the start tells. */
 static overlap overlap_at(const encounter *e, double t, double far)
 {
     const int32_t planar = e->world->settings.planar;
@@ -485,7 +498,8 @@ static overlap overlap_at(const encounter *e, double t, double far)
     perp__moved(&e->a, t, &a);
     perp__moved(&e->b, t, &b);
     axes.count = 0;
-    if (!e->pair->plane && !perp__axes_of(&a, &b, planar, far, &axes))
+    if (!e->pair->plane && (perp__separation(&a, &b, e->pair->collision.apart) > far ||
+                            !perp__axes_of(&a, &b, planar, far, &axes)))
         return found;
     if (axes.count > 0) {
         const perp__axis *best = &axes.axis[perp__last_to_close(&a, &b, &axes, NULL)];

@@ -105,44 +105,14 @@ void perp__prepare_contact(const perp_world *world, const perp__contact_set *set
     perp__copy3(response->remembered, response->warm);
 }
 
-/* Whether the points at hand are those that the pair had in the last step. */
-static int32_t repeats(const perp_world *world, const perp__pair *pair)
-{
-    return pair->same && world->rounds == 0;
-}
-
-/* Contact i of the step := point k of a pair, as it was where it is that of the last step; `last`:
- * the contact before, if there is one. */
-static void write_touching(const perp_world *world, int32_t i, const perp__world_contact *last,
-                           const perp__pair *pair, int32_t k, const perp__point *point)
+void perp__write_touching(const perp_world *world, int32_t i, const perp__world_contact *last,
+                          const perp__pair *pair, const perp__point *point)
 {
     const perp__contact_set *set = &world->contacts;
 
-    if (repeats(world, pair)) {
-        perp__repeat_contact(world, pair, k, i);
-        return;
-    }
     write_contact(world, set, i, last, pair, point, world->states);
     set->ties[i].closed = !(set->contacts[i].gap > set->contacts[i].rounding);
     perp__prepare_contact(world, set, i);
-}
-
-perp_status perp__append_points(perp_world *world, perp__pair *pair, const perp__point *points,
-                                int32_t made, double least)
-{
-    perp_status status =
-        perp__reserve_contacts(world, &world->contacts, world->contacts.count + made);
-
-    for (int32_t k = 0; k < made && status == PERP_OK; k++) {
-        const int32_t i = world->contacts.count;
-
-        if (!repeats(world, pair) && points[k].gap <= least)
-            continue;
-        write_touching(world, i, i > 0 ? &world->contacts.contacts[i - 1] : NULL, pair, k,
-                       &points[k]);
-        world->contacts.count++;
-    }
-    return status;
 }
 
 double perp__longest_displacement(const perp_world *world, int32_t body, double h)
@@ -168,7 +138,7 @@ static int32_t touch(const perp_world *world, perp__pair *pair, double h, perp__
     }
     pair->same = world->settled > 0 && perp__stays_same(world, pair);
     if (!pair->same)
-        pair->made = perp__touching_points(world, pair, h, far, points);
+        pair->made = (int8_t)perp__touching_points(world, pair, h, far, points);
     pair->open = pair->made == 0;
     pair->joined = 0;
     pair->late = -1;
@@ -176,7 +146,7 @@ static int32_t touch(const perp_world *world, perp__pair *pair, double h, perp__
     return pair->made;
 }
 
-/* ---- side by side: the points of a share's pairs, and after room was made the contacts ---- */
+/* ---- the points of a share's pairs, and after room was made the contacts ---- */
 
 static void touch_share(perp_world *world, perp__share *share, double h)
 {
@@ -203,8 +173,11 @@ static void write_share(perp_world *world, perp__share *share, double h)
         perp__pair *pair = perp__ordered_pair(world, i);
 
         pair->first_now = number;
-        for (int32_t k = 0; k < pair->made; k++) {
-            write_touching(world, number, last, pair, k, point++);
+        for (int32_t k = 0; k < pair->made; k++, point++) {
+            if (pair->same)
+                perp__repeat_contact(world, pair, k, number);
+            else
+                perp__write_touching(world, number, last, pair, point);
             last = &world->contacts.contacts[number++];
         }
         perp__hand_over(world, pair);
@@ -231,14 +204,30 @@ static perp_status gather_shares(perp_world *world, int32_t lanes, double h)
     status = perp__reserve_contacts(world, &world->contacts, count);
     if (status != PERP_OK)
         return status;
-    perp__share_out(world, world->pair_count, write_share, h);
+    (void)perp__share_out(world, world->pair_count, write_share, h, NULL);
     world->contacts.count = count;
     return PERP_OK;
 }
 
-perp_status perp__find_contacts(perp_world *world, double h)
+/* A pair alone, where pairs are not shared out. */
+static perp_status touch_alone(perp_world *world, int32_t i, double h)
 {
     perp__point points[PERP__MAX_POINTS];
+    perp__share share = {.first = i, .end = i + 1, .points = points, .capacity = PERP__MAX_POINTS};
+    perp_status status;
+
+    touch_share(world, &share, h);
+    share.contact = world->contacts.count;
+    status = perp__reserve_contacts(world, &world->contacts, share.contact + share.count);
+    if (status == PERP_OK) {
+        write_share(world, &share, h);
+        world->contacts.count += share.count;
+    }
+    return status;
+}
+
+perp_status perp__find_contacts(perp_world *world, double h)
+{
     perp_status status;
     int32_t lanes = 0;
 
@@ -252,19 +241,14 @@ perp_status perp__find_contacts(perp_world *world, double h)
         perp__note_settled(world);
     /* 2. How each pair takes part, and the points of those that touch plainly. */
     if (status == PERP_OK)
-        lanes = perp__share_out(world, world->pair_count, touch_share, h);
+        lanes = perp__share_out(world, world->pair_count, touch_share, h, NULL);
     if (lanes > 0)
         status = gather_shares(world, lanes, h);
     for (int32_t i = 0; i < world->pair_count && status == PERP_OK; i++) {
-        perp__pair *pair = perp__ordered_pair(world, i);
+        const perp__pair *pair = perp__ordered_pair(world, i);
 
-        if (lanes == 0) {
-            pair->first_now = world->contacts.count;
-            status =
-                perp__append_points(world, pair, points, touch(world, pair, h, points), -INFINITY);
-            if (status == PERP_OK)
-                perp__hand_over(world, pair);
-        }
+        if (lanes == 0)
+            status = touch_alone(world, i, h);
         for (int32_t side = 0; side < 2 && pair->spare < INFINITY; side++) {
             double *spare = &world->motions[pair->body[side]].spare; /* other pairs' as well */
 
@@ -344,13 +328,12 @@ double perp__pair_touching(const perp_world *world, const perp__pair *pair, doub
 
 int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double margin)
 {
-    const double *a = world->placed[pair->first].position;
-    const double *b = world->placed[pair->second].position;
-    const double between[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
-    const double reach =
-        world->shapes[pair->first].radius + world->shapes[pair->second].radius + margin;
+    const perp__placed *a = &world->placed[pair->first], *b = &world->placed[pair->second];
+    const double reach = a->radius + b->radius + margin;
+    double between[3];
 
-    return pair->plane || perp__dot3(between, between) <= reach * reach || !isfinite(reach * reach);
+    perp__subtract3(between, b->position, a->position);
+    return perp__dot3(between, between) <= reach * reach || !isfinite(reach * reach);
 }
 
 /* A ball in its body's centre does not. */

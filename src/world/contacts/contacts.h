@@ -120,15 +120,15 @@ int32_t perp__meets(const perp_world *world, int32_t i, double h, double end);
 /* Starts a step's contacts: the points of shapes that touch plainly, none included yet. */
 perp_status perp__find_contacts(perp_world *world, double h);
 /* Room for so many contacts of a set; a point of a pair, of which there is room, where bodies are
- * in such states; its velocity as if nothing touched; and all of a pair's points that are farther
- * apart than `least` at the start. */
+ * in such states; its velocity as if nothing touched; and both, of contact i of the step, which the
+ * caller counts. `last`: the contact before, NULL: none. */
 perp_status perp__reserve_contacts(perp_world *world, perp__contact_set *set, int32_t needed);
 perp__world_contact *perp__append_contact(const perp_world *world, perp__contact_set *set,
                                           const perp__pair *pair, const perp__point *point,
                                           const perp__state *states);
 void perp__prepare_contact(const perp_world *world, const perp__contact_set *set, int32_t i);
-perp_status perp__append_points(perp_world *world, perp__pair *pair, const perp__point *points,
-                                int32_t count, double least);
+void perp__write_touching(const perp_world *world, int32_t i, const perp__world_contact *last,
+                          const perp__pair *pair, const perp__point *point);
 /* How far the motion at hand takes any point of a body. */
 double perp__longest_displacement(const perp_world *world, int32_t body, double h);
 /* What sweeps move they take out of overlaps as well, unless joints took it elsewhere. */

@@ -132,7 +132,7 @@ static perp_status add_pair(perp_world *world, int32_t a, int32_t b)
 
         pair->body[side] = body;
         pair->reach[side] = perp__turning_reach(&world->shapes[shape]);
-        pair->plane |= is_plane(world, shape);
+        pair->plane = pair->plane || is_plane(world, shape);
         perp__unsettle(world, body);
         perp__stop_coasting(world, body);
         if (world->bodies[body].kind == PERP_BODY_DYNAMIC)

@@ -110,7 +110,8 @@ static perp_status join_pair(perp_world *world, perp__pair *pair, double h)
         perp__prepare_contact(world, set, number);
         list_late(set, pair, number);
     }
-    pair->joined += world->contacts.count > before;
+    if (world->contacts.count > before)
+        pair->joined++;
     return status;
 }
 
@@ -256,6 +257,7 @@ int32_t perp__include_points(perp_world *world, double h, double deep)
 /* Points of half-spaces that were left out come after all. */
 static perp_status add_spare(perp_world *world, int32_t body)
 {
+    perp__contact_set *set = &world->contacts;
     perp__point points[PERP__MAX_POINTS];
     perp_status status = PERP_OK;
 
@@ -265,17 +267,19 @@ static perp_status add_spare(perp_world *world, int32_t body)
         for (int32_t link = world->shapes[shape].first_link; link >= 0 && status == PERP_OK;
              link = world->pairs[link / 2].next[link % 2]) {
             perp__pair *pair = &world->pairs[link / 2];
-            int32_t first = world->contacts.count;
+            const int32_t made =
+                pair->spare < INFINITY
+                    ? perp__collide(&world->placed[pair->first], &world->placed[pair->second],
+                                    world->settings.planar, INFINITY, points)
+                    : 0;
 
-            if (pair->spare == INFINITY)
-                continue;
-            status = perp__append_points(world, pair, points,
-                                         perp__collide(&world->placed[pair->first],
-                                                       &world->placed[pair->second],
-                                                       world->settings.planar, INFINITY, points),
-                                         pair->spare);
-            for (pair->spare = INFINITY; first < world->contacts.count; first++)
-                list_late(&world->contacts, pair, first);
+            status = perp__reserve_contacts(world, set, set->count + made);
+            for (int32_t k = 0; k < made && status == PERP_OK; k++)
+                if (points[k].gap > pair->spare) {
+                    perp__write_touching(world, set->count, NULL, pair, &points[k]);
+                    list_late(set, pair, set->count++);
+                }
+            pair->spare = INFINITY;
         }
     return status;
 }
@@ -291,7 +295,8 @@ static void collision_share(perp_world *world, perp__share *share, double h)
         perp__pair *pair = perp__ordered_pair(world, i);
         const double *from = world->motions[pair->body[0]].moving;
         const double *to = world->motions[pair->body[1]].moving;
-        double displacement[3], turning;
+        const double *apart = pair->collision.apart;
+        double along = 0.0, turning;
 
         /* what moves as it did, or turns nothing, and what the plane found before keeps apart */
         if ((world->moved[pair->body[0]] < world->rounds &&
@@ -299,11 +304,11 @@ static void collision_share(perp_world *world, perp__share *share, double h)
             !(pair->open || pair->reach[0] > 0.0 || pair->reach[1] > 0.0))
             continue;
         for (int32_t k = 0; k < 3; k++)
-            displacement[k] = h * to[k] - h * from[k];
+            along += apart[k] * (h * to[k] - h * from[k]);
         turning = perp__turning(world, pair->body[0], pair->reach[0], h) +
                   perp__turning(world, pair->body[1], pair->reach[1], h);
-        if (pair->joined >= MAX_JOINS ||
-            perp__stay_apart(pair->collision.apart, pair->collision.lead, displacement, turning))
+        if (pair->joined >= MAX_JOINS || /* or a plane stays between them, across `apart` */
+            pair->collision.lead + perp__lesser(along, 0.0) - turning > 0.0)
             continue;
         if (has_points(pair) ? perp__pair_sinks(world, pair, h)
                              : perp__pair_collides(world, pair, h))
@@ -324,9 +329,7 @@ static perp_status join_collisions(perp_world *world, double h)
         return status;
 
     /* 1. those that meet */
-    lanes = perp__share_out(world, world->pair_count, collision_share, h);
-    all.end = lanes == 0 ? world->pair_count : 0;
-    collision_share(world, &all, h);
+    lanes = perp__share_out(world, world->pair_count, collision_share, h, &all);
     for (int32_t k = 0; k < lanes; k++) {
         const perp__share *share = &world->lanes[k].share;
 

@@ -186,12 +186,18 @@ static void work_on_share(int32_t k, void *data)
     at->work(at->world, &at->world->lanes[k].share, at->h);
 }
 
-int32_t perp__share_out(perp_world *world, int32_t count, perp__range work, double h)
+int32_t perp__share_out(perp_world *world, int32_t count, perp__range work, double h,
+                        perp__share *all)
 {
     job at = {world, h, work};
 
-    if (world->lane_count == 0 || count < FEW)
+    if (world->lane_count == 0 || count < FEW) {
+        if (all) {
+            all->end = count;
+            work(world, all, h);
+        }
         return 0;
+    }
     for (int32_t k = 0; k < world->lane_count; k++) {
         perp__share *share = &world->lanes[k].share;
 
