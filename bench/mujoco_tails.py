@@ -9,6 +9,9 @@ controls, new ones every 50 steps; what has no floor gets one below its lowest p
 model's own options, MuJoCo its own solver and cone. Times are of the thread's processor, in us, the
 engines taking turns of 50 steps. median, mean, p99 and worst: perp's over MuJoCo's own median, mean,
 p99 and worst; failed: steps of perp's that were not solved; contacts, rows: the most of a step.
+The two go different ways, and one may lie in a heap while the other is in the air: 'same states'
+are the same ratios with MuJoCo's steps from each of perp's states, its warm start that of the step
+before.
 """
 
 import importlib.util
@@ -23,6 +26,7 @@ import perp.mujoco
 
 PACKAGES = "dm_control", "gymnasium", "gymnasium_robotics"
 STEPS, TURN = 1000, 50
+STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
 
 
 def files():
@@ -55,13 +59,19 @@ def load(path):
 class Track:
     def __init__(self, model, step):
         self.model, self.step, self.times, self.failed = model, step, [], 0
+        self.states = []
         self.data = mujoco.MjData(model)
         if model.nkey:
             mujoco.mj_resetDataKeyframe(model, self.data, 0)
 
-    def turn(self, control):
+    def turn(self, control, states=(None,) * TURN):
         self.data.ctrl[:] = control
-        for _ in range(TURN):
+        self.states = []
+        for state in states:
+            if state is not None:
+                mujoco.mj_setState(self.model, self.data, state, STATE)
+            self.states.append(np.empty(mujoco.mj_stateSize(self.model, STATE)))
+            mujoco.mj_getState(self.model, self.data, self.states[-1], STATE)
             began = time.thread_time_ns()
             said = self.step(self.model, self.data)
             self.times.append((time.thread_time_ns() - began) * 1e-3)
@@ -76,21 +86,25 @@ def run(model, seed):
     rng, most = np.random.default_rng(seed), (0, 0)
     stepper = perp.mujoco.Stepper(model)
     theirs, ours = Track(model, mujoco.mj_step), Track(model, lambda _, d: stepper.step(d))
+    same = Track(model, mujoco.mj_step)
     low, high = np.where(model.actuator_ctrllimited[:, None], model.actuator_ctrlrange, (-1, 1)).T
     for _ in range(STEPS // TURN):
         control = rng.uniform(low, high)
         theirs.turn(control)
         ours.turn(control)
+        same.turn(control, ours.states)
         most = max(most, (ours.data.ncon, ours.data.nefc))
-    return theirs, ours, most
+    return theirs, ours, same, most
 
 
 def main():
     head = f"{'model':52} {'nv':>3} {'con':>4} {'rows':>4} {'MuJoCo':>7} {'perp':>7}"
-    head += "".join(f"{x:>7}" for x in ("median", "mean", "p99", "worst", "failed"))
+    ratios = "median", "mean", "p99"
+    head += "".join(f"{x:>7}" for x in (*ratios, "worst", "failed", *ratios))
+    above = f"{'':82}{'own paths':>28}{'same states':>28}"
     doc = __doc__.split("\n    bench/run")
     lines = [doc[0].strip(), "", __doc__[__doc__.index("Every") :].strip(), ""]
-    lines += [os.environ.get("MACHINE", ""), f"mujoco {mujoco.__version__}", "", head]
+    lines += [os.environ.get("MACHINE", ""), f"mujoco {mujoco.__version__}", "", above, head]
     all_of_them, seen = [], set()
     for package, path in files():
         name = package + path.split(package, 1)[1][:-4]
@@ -104,18 +118,20 @@ def main():
         if model is None or key in seen:
             continue
         seen.add(key)
-        theirs, ours, (contacts, rows) = run(model, 1)
+        theirs, ours, same, (contacts, rows) = run(model, 1)
         if contacts == 0:
             continue
-        a, b = theirs.numbers(), ours.numbers()
-        all_of_them.append(b / a)
+        a, b, c = theirs.numbers(), ours.numbers(), same.numbers()
+        all_of_them.append(np.concatenate([b / a, b[:3] / c[:3]]))
         short = name if len(name) <= 52 else ".." + name[-50:]
         row = f"{short:52} {model.nv:3d} {contacts:4d} {rows:4d} {a[1]:7.0f} {b[1]:7.0f}"
-        lines.append(row + "".join(f"{x:7.1f}" for x in b / a) + f"{ours.failed:7d}")
+        row += "".join(f"{x:7.1f}" for x in b / a) + f"{ours.failed:7d}"
+        lines.append(row + "".join(f"{x:7.1f}" for x in b[:3] / c[:3]))
         print(lines[-1], file=sys.stderr, flush=True)
     middle = np.median(all_of_them, axis=0)
     name = f"the middle of {len(all_of_them)} models"
-    lines.append(f"{name:52} {'':29}" + "".join(f"{x:7.1f}" for x in middle))
+    row = f"{name:52} {'':29}" + "".join(f"{x:7.1f}" for x in middle[:4])
+    lines.append(row + " " * 7 + "".join(f"{x:7.1f}" for x in middle[4:]))
     print(lines[-1], file=sys.stderr)
     if len(sys.argv) == 2:
         with open(os.path.join(sys.argv[1], "mujoco_tails.txt"), "w") as file:
