@@ -89,8 +89,7 @@ static int32_t step_both_ways(perp__sweep_work *work, int32_t k, double *u, doub
         double excess;
 
         memcpy(t, r + both, (size_t)tangents * sizeof *t);
-        if (tangents > 0)
-            mode = perp__local_step_disc(&discs->part[0], radius, u + both, t);
+        mode = perp__local_step_disc(&discs->part[0], radius, u + both, t);
         for (int32_t i = 0; i < both; i++) {
             N[i] = n[i];
             for (int32_t j = 0; j < tangents; j++)

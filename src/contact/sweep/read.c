@@ -105,8 +105,7 @@ static void eliminate_normals(perp__sweep_discs *discs, int32_t rows, int32_t bo
             for (int32_t n = 0; n < both; n++)
                 S[i * tangents + j] -= W[(both + i) * rows + n] * discs->A[n * tangents + j];
         }
-    if (tangents > 0)
-        perp__local_make_disc(&discs->part[0], tangents, S, tangents);
+    perp__local_make_disc(&discs->part[0], tangents, S, tangents);
 }
 
 void perp__sweep_read(perp__sweep_work *work)

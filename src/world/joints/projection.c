@@ -516,14 +516,14 @@ static void leave_friction(perp_world *world, const perp__island *island)
     }
 }
 
-/* Impulses give less in one ratio 1 - t, all or those of friction, and ways half of what velocities
- * lose. With d what these make of velocities and g what forces do energy is less by
- * t d'M (v - g/2) - t^2 d'M d/2. Returns what is left. */
+/* Impulses give less in one ratio 1 - t, all or those of friction, and where that is not enough
+ * ways half of what velocities lose. With d what these make of velocities and g what forces do,
+ * energy is less by t d'M (v - g/2) - t^2 d'M d/2. Returns what is left. */
 static double take_impulses(perp_world *world, const perp__island *island, double excess,
                             int32_t friction)
 {
     const perp__verdict *verdict = &perp__island_motion(world, island, 0)->verdict;
-    double frame[3], nothing[3] = {0.0}, slope, square, t, root;
+    double frame[3], nothing[3] = {0.0}, slope, square, forced = 0.0, half, t, root;
 
     /* 1. velocities without these impulses; d */
     (void)perp__find_frame(world, island, frame);
@@ -547,14 +547,16 @@ static double take_impulses(perp_world *world, const perp__island *island, doubl
 
         perp__subtract3(next->velocity, motion->shift, next->velocity);
         perp__subtract3(next->angular_velocity, motion->shift + 3, next->angular_velocity);
-        slope -= 0.5 * world->bodies[body].mass *
-                 (perp__dot3(next->velocity, motion->free) -
-                  perp__dot3(next->velocity, world->states[body].velocity));
+        forced +=
+            world->bodies[body].mass * (perp__dot3(next->velocity, motion->free) -
+                                        perp__dot3(next->velocity, world->states[body].velocity));
     }
     square = 2.0 * kinetic_beside(world, island, nothing);
     slope += 0.5 * square;
 
     /* 2. as much as there is of these impulses, and of energy by them */
+    half = slope > 0.0 && slope * slope >= 2.0 * square * excess ? 0.0 : 0.5;
+    slope -= half * forced;
     root = sqrt(fmax(slope * slope - 2.0 * square * excess, 0.0));
     t = slope > 0.0 ? fmin(fmin(2.0 * excess / (slope + root), slope / square), 1.0) : 0.0;
 
@@ -563,7 +565,7 @@ static double take_impulses(perp_world *world, const perp__island *island, doubl
         perp__motion *motion = perp__island_motion(world, island, i);
         perp__state *next = &world->next[world->body_order[island->first_body + i]];
 
-        perp__add3(next->position, -0.5 * world->step_length * t, next->velocity);
+        perp__add3(next->position, -half * world->step_length * t, next->velocity);
         for (int32_t k = 0; k < 3; k++) {
             next->velocity[k] = motion->shift[k] - t * next->velocity[k];
             next->angular_velocity[k] = motion->shift[3 + k] - t * next->angular_velocity[k];
