@@ -195,16 +195,13 @@ void perp__move_bodies(perp_world *world, const perp__island *island, double tol
             work->moving[i] = mean ? 0.5 * (work->now[i] + work->v[i]) : work->v[i];
 }
 
-/* Half of r'(u- + u+) of the impulses over a jump, u beside what moves as it is told, and the size
- * of its terms, which may cancel altogether. */
-double perp__work_of_rows(const perp_world *world, const perp__island *island, int32_t units,
-                          double *size)
+int32_t perp__gives_energy(const perp_world *world, const perp__island *island, int32_t units,
+                           double tol)
 {
     const perp__island_work *work = &world->work;
     const int32_t n = world->dof;
-    double sum = 0.0;
+    double sum = 0.0, size = 0.0; /* half of r'(u- + u+), and of its terms */
 
-    *size = 0.0;
     for (int32_t i = 0; i < units; i++)
         for (int32_t side = 0; side < 2; side++) {
             const perp__rigid_rows *rows = &work->rows[i];
@@ -222,10 +219,10 @@ double perp__work_of_rows(const perp_world *world, const perp__island *island, i
                     const double before = work->now[n * body + j], after = ends[n * body + j];
 
                     sum += push * (before + after);
-                    *size += fabs(push) * (fabs(before) + fabs(after));
+                    size += fabs(push) * (fabs(before) + fabs(after));
                 }
         }
-    return sum;
+    return !(sum <= tol * size);
 }
 
 /* None there is, or none that there is time for: what methods leave then may be anything. */
@@ -333,15 +330,23 @@ static void renew_gain(perp_world *world, const perp__island *island, double lef
     }
 }
 
+int32_t perp__lessens(const perp_world *world, const perp__island *island, double tol,
+                      double *restitution)
+{
+    if (*restitution == 0.0 || !perp__gives_energy(world, island, world->work.count, tol))
+        return 0;
+    *restitution = *restitution > LEAST_SHARE ? 0.5 * *restitution : 0.0;
+    return 1;
+}
+
 /* The jump of the velocities where contacts touch, or lack no more than the first one does, as
- * joints are known to lead there; gaps are known to tol, as velocities are. Moreau's law with
- * friction, or with several contacts, can give energy, beyond what impulses known to tol may: then
- * with less of the restitution, in the end none, which never does. */
+ * joints are known to lead there; gaps are known to tol, as velocities are. */
 static perp_status jump(perp_world *world, const perp__island *island, double lacking,
                         perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
-    double share, size, energy;
+    const perp__verdict before = *verdict;
+    double share = 1.0;
     perp_status status;
 
     for (int32_t i = 0; i < island->contacts; i++)
@@ -353,7 +358,9 @@ static perp_status jump(perp_world *world, const perp__island *island, double la
     perp__choose_rows(world, island, work->hit);
     perp__time_joints(world, 0.0);
     perp__force_bodies(world, island, 0.0);
-    for (share = 1.0;; share = share > LEAST_SHARE ? 0.5 * share : 0.0) {
+    do {
+        verdict->outcome = before.outcome; /* of answers that are taken */
+        verdict->residual = before.residual;
         for (int32_t i = 0; i < work->count; i++)
             work->rows[i].bias[0] = perp__moreau_shift(
                 share * perp__step_contact(world, island, work->chosen[i])->restitution,
@@ -361,10 +368,7 @@ static perp_status jump(perp_world *world, const perp__island *island, double la
         status = perp__solve_rows(world, island, 1, verdict);
         if (status != PERP_OK)
             return status;
-        energy = perp__work_of_rows(world, island, work->count, &size);
-        if (share == 0.0 || energy <= perp__exact_tol(world) * size)
-            break;
-    }
+    } while (perp__lessens(world, island, perp__exact_tol(world), &share));
     perp__take_answer(world, island);
     memcpy(work->now, work->v, (size_t)(world->dof * island->bodies) * sizeof *work->now);
     perp__aim_joints(world, island);
@@ -435,8 +439,10 @@ static perp_status end_on_impacts(perp_world *world, const perp__island *island,
                                   perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
+    const perp__verdict before = *verdict;
+    double share = 1.0;
     perp_status status = PERP_OK;
-    int32_t came = 1;
+    int32_t came = 1, less = 0;
 
     for (int32_t i = 0; i < work->count; i++) {
         const int32_t k = work->chosen[i];
@@ -452,8 +458,10 @@ static perp_status end_on_impacts(perp_world *world, const perp__island *island,
         perp__choose_rows(world, island, NULL);
         perp__time_joints(world, left);
     }
+    for (int32_t i = 0; i < world->dof * island->bodies; i++)
+        work->now[i] = work->free[i] - work->share * work->gain[i];
     while (status == PERP_OK && came > 0) {
-        came = 0;
+        came = less;
         for (int32_t i = 0; i < work->count; i++) {
             const int32_t k = work->chosen[i];
             const double e = perp__step_contact(world, island, k)->restitution;
@@ -463,10 +471,16 @@ static perp_status end_on_impacts(perp_world *world, const perp__island *island,
                 work->gap[k] = -INFINITY;
                 came++;
             }
-            work->rows[i].bias[0] = fmax(work->guard[i], work->gap[k]);
+            work->rows[i].bias[0] = fmax(share * work->guard[i], work->gap[k]);
         }
-        if (came > 0)
+        if (came > 0) {
+            verdict->outcome = before.outcome; /* of answers that are taken */
+            verdict->residual = before.residual;
             status = perp__solve_rows(world, island, 1, verdict);
+        }
+        less = island->joints == 0 && /* whose rows turn */
+               perp__lessens(world, island, perp__exact_tol(world), &share);
+        came += less;
     }
     memcpy(work->now, work->v, (size_t)(world->dof * island->bodies) * sizeof(double));
     perp__take_answer(world, island);

@@ -195,10 +195,14 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
  * of both where what presses did so from the start, as velocities known to tol tell, else what is
  * there at the end. */
 void perp__move_bodies(perp_world *world, const perp__island *island, double tol);
-/* The work that the first `units` rows do on the island's bodies from work.now to work.v, but for
- * what motors do; *size: of its terms, which may cancel altogether. */
-double perp__work_of_rows(const perp_world *world, const perp__island *island, int32_t units,
-                          double *size);
+/* Whether the first `units` rows, but for motors, do more work on the island's bodies from work.now
+ * to work.v, u beside what moves as it is told, than that share of its terms, which may cancel. */
+int32_t perp__gives_energy(const perp_world *world, const perp__island *island, int32_t units,
+                           double tol);
+/* Whether Moreau's law gave energy so, as with friction or several contacts it can: then it is to
+ * be done again with less of the restitution, in the end none, which never does. */
+int32_t perp__lessens(const perp_world *world, const perp__island *island, double tol,
+                      double *restitution);
 /* work.free := now + share of what forces add. */
 void perp__force_bodies(perp_world *world, const perp__island *island, double share);
 

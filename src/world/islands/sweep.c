@@ -107,6 +107,7 @@ static perp_status bounce(perp_world *world, const perp__island *island, perp__r
     perp__island_work *work = &world->work;
     perp__passes passes = *step;
     perp_status status = PERP_OK;
+    double share = 1.0;
     int32_t looks = perp__level_of(world)->looks, came = 1;
 
     passes.clear = 0;
@@ -122,14 +123,16 @@ static perp_status bounce(perp_world *world, const perp__island *island, perp__r
             const perp__world_contact *contact = perp__step_contact(world, island, i);
 
             if (work->impulse[3 * i] > 0.0 || contact->gap <= work->guard[i]) {
-                work->rows[i].bias[0] = perp__moreau_shift(contact->restitution, contact->start);
+                work->rows[i].bias[0] =
+                    perp__moreau_shift(share * contact->restitution, contact->start);
                 work->gap[i] = 0.0;
             }
         }
         status = perp__coloured_step(&world->coloured, answer, NULL, problem, &passes);
         if (status == PERP_OK)
             perp__spend(world, answer->iterations);
-        came = 0;
+        came = island->joints == 0 && perp__lessens(world, island, problem->tol, &share);
+        looks += came;
         for (int32_t i = 0; i < island->contacts; i++)
             came |= work->impulse[3 * i] > 0.0 && work->gap[i] > 0.0 &&
                     perp__step_contact(world, island, i)->restitution > 0.0;
@@ -239,16 +242,6 @@ void perp__take_sweep(perp_world *world, const perp__island *island, const perp_
         work->moving[i] += shift[i];
     for (int32_t i = 0; i < island->contacts; i++)
         perp__copy3(perp__step_response(world, island, i)->warm, work->impulse + 3 * i);
-}
-
-/* Whether rows that turn on the way did work beyond what impulses known to tol may, and rows known
- * to the second order of the turn: then those of the beginning serve, of which there is none. */
-static int32_t gives_energy(const perp_world *world, const perp__island *island, double turn)
-{
-    double size;
-    const double work = perp__work_of_rows(world, island, world->work.units, &size);
-
-    return work > (perp__swept_tol(world) + turn * turn) * size;
 }
 
 /* What the island has come to, for its bodies, contacts and joints. */
@@ -369,7 +362,9 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
         perp__take_sweep(world, island, &sweeping);
         again = island->joints > 0 && perp__goes_round(world, island, h, &rounds);
         if (!again && island->joints > 0 && !rounds.coarse &&
-            gives_energy(world, island, rounds.turn)) {
+            perp__gives_energy(world, island, world->work.units,
+                               perp__swept_tol(world) + rounds.turn * rounds.turn)) {
+            /* beyond second order: rows of the beginning give none */
             perp__stop_trial(world, island);
             again = rounds.coarse = 1;
         }
