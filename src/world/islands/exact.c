@@ -22,18 +22,12 @@ double perp__exact_tol(const perp_world *world)
  * is the same everywhere, unless something that nothing stops closes on a body. */
 static int32_t is_solvable(const perp_world *world, const perp__island *island, int32_t bounces)
 {
-    double restitution = -1.0;
+    int32_t is_one = world->work.carriers == 0;
 
-    if (world->work.carriers > 0)
-        return 0;
-    for (int32_t i = 0; i < island->contacts && bounces; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, i);
-
-        if (restitution >= 0.0 && contact->restitution != restitution)
-            return 0;
-        restitution = contact->restitution;
-    }
-    return 1;
+    for (int32_t i = 1; i < island->contacts && bounces; i++)
+        is_one &= perp__step_contact(world, island, i)->restitution ==
+                  perp__step_contact(world, island, 0)->restitution;
+    return is_one;
 }
 
 /* The word for the answer at tol. */

@@ -62,12 +62,20 @@ int32_t perp__lies_on_something(const perp_world *world, const perp__island *isl
     return 0;
 }
 
-double perp__forced_speed(const perp_world *world, int32_t i, int32_t bodies, int32_t lies)
+double perp__forced_speed(const perp_world *world, const perp__island *island, int32_t i,
+                          int32_t lies)
 {
-    const double *gain = world->work.gain;
-    const double forced = fabs(perp__row_velocity(world, i, 0, gain, bodies, 0));
+    const perp__rigid_rows *rows = &world->work.rows[i];
+    const double pressed = perp__moved_by(world, island, rows, 0) * world->work.impulse[3 * i];
+    double made = 0.0, twist[6];
 
-    return lies ? fmax(forced, 0.5 * perp__normal_terms(world, i, gain, bodies)) : forced;
+    for (int32_t side = 0; side < 2 && lies; side++)
+        if (rows->body[side] >= 0 && rows->body[side] < island->bodies) {
+            perp__twist_of(world, world->work.gain + world->dof * rows->body[side], twist);
+            made += perp__length3(twist);
+        }
+    return fmax(0.5 * fmin(made, pressed),
+                fabs(perp__row_velocity(world, i, 0, world->work.gain, island->bodies, 0)));
 }
 
 /* Marks contacts of the interval at hand that are hit in it, beside those that are; returns whether
@@ -82,15 +90,14 @@ static int32_t find_hits(perp_world *world, const perp__island *island, double h
 
     for (i = 0; i < work->count; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, work->chosen[i]);
-        const int32_t bounces = contact->restitution > 0.0 || impacts > 0;
         const double u = work->came[i];
         const double forced = perp__row_velocity(world, i, 0, work->gain, island->bodies, 0);
-        const double gap = work->gap[work->chosen[i]];
-        const double speed = sqrt(fmax(u * u - 2.0 * forced / h * gap, 0.0));
-        const double made = perp__forced_speed(world, i, island->bodies, lies);
+        const double speed = sqrt(fmax(u * u - 2.0 * forced / h * work->gap[work->chosen[i]], 0.0));
+        const double made = perp__forced_speed(world, island, i, lies);
         const double terms = perp__normal_terms(world, i, work->now, island->bodies);
 
-        if (bounces && work->impulse[3 * i] > 0.0 && speed > slow * made + PERP__NEGLIGIBLE * terms)
+        if ((contact->restitution > 0.0 || impacts > 0) && work->impulse[3 * i] > 0.0 &&
+            speed > slow * made + PERP__NEGLIGIBLE * terms)
             hits += work->hit[work->chosen[i]] = 1;
     }
     return hits;
@@ -208,7 +215,6 @@ int32_t perp__gives_energy(const perp_world *world, const perp__island *island, 
             const int32_t body = rows->body[side];
             const int32_t is_motor =
                 i >= work->count && work->joint_units[i - work->count].slot == PERP__SLOT_MOTOR;
-
             const double *ends = body < island->bodies ? work->v : work->now;
 
             if (body < 0 || is_motor)
@@ -502,9 +508,8 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
     work->gone = 0.0;
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
-        double *impulse = perp__step_response(world, island, i)->impulse;
 
-        impulse[0] = impulse[1] = impulse[2] = 0.0;
+        memset(perp__step_response(world, island, i)->impulse, 0, 3 * sizeof(double));
         work->gap[i] = perp__open_gap(contact, contact->gap);
     }
     /* 2. From impact to impact, to the interval in which nothing is hit. */

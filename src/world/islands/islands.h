@@ -208,9 +208,10 @@ void perp__force_bodies(perp_world *world, const perp__island *island, double sh
 
 /* Size of the terms of the first velocity of unit i, with numbers x of bodies. */
 double perp__normal_terms(const perp_world *world, int32_t i, const double *x, int32_t bodies);
-/* What forces make of the normal velocity of the chosen contact i in a step, or of its bodies where
- * the island lies on something. */
-double perp__forced_speed(const perp_world *world, int32_t i, int32_t bodies, int32_t lies);
+/* What forces make of the normal velocity of the chosen contact i in a step; where the island lies
+ * on something, of its bodies in any way, as others press them there: half of it and of that. */
+double perp__forced_speed(const perp_world *world, const perp__island *island, int32_t i,
+                          int32_t lies);
 int32_t perp__lies_on_something(const perp_world *world, const perp__island *island);
 
 /* sweep.c: an island within the budget of the world's accuracy, from the impulses that it has. Of

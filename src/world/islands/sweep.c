@@ -92,7 +92,7 @@ static int32_t has_impacts(const perp_world *world, const perp__island *island)
 
         if (world->work.impulse[3 * i] > 0.0 &&
             perp__is_hit(contact->restitution, contact->start,
-                         perp__forced_speed(world, i, island->bodies, lies)))
+                         perp__forced_speed(world, island, i, lies)))
             return 1;
     }
     return 0;
