@@ -109,9 +109,8 @@ static void centre_in_box(const perp__placed *box, const perp__placed *ball, dou
     see_from(box, between, centre);
 }
 
-/* Distance of a point from a box (negative inside: to the next face) and its gradient. */
-static double box_distance(const double *half, int dimension, const double *centre,
-                           double *gradient, double *aside)
+double perp__box_distance(const double *half, int dimension, const double *centre, double *gradient,
+                          double *aside)
 {
     double inside = -INFINITY;
     int out = 0, next = 0;
@@ -195,7 +194,7 @@ int32_t perp__touch_plainly(const perp__moving *moving_a, const perp__moving *mo
     double centre[3], gradient[3], aside;
     centre_in_box(box, ball, centre);
     double gap =
-        box_distance(box->geometry->half_extents, planar ? 2 : 3, centre, gradient, &aside) -
+        perp__box_distance(box->geometry->half_extents, planar ? 2 : 3, centre, gradient, &aside) -
         ball->geometry->radius;
     return gap < -near->touching || (gap <= near->touching && aside > near->touching);
 }
@@ -452,7 +451,7 @@ static double ball_entry(const double *half, int dimension, double radius, const
     for (int look = 0; look < PERP__MAX_LOOKS && t <= leave; look++) {
         double at[3], gradient[3], aside;
         perp__along3(at, from, t, displacement);
-        double gap = box_distance(half, dimension, at, gradient, &aside) - radius + gates[6];
+        double gap = perp__box_distance(half, dimension, at, gradient, &aside) - radius + gates[6];
         double rate = -perp__dot3(gradient, displacement);
         if (!(rate > 0.0))
             return INFINITY;
@@ -477,7 +476,7 @@ static int32_t collide_ball(const perp__moving *a, const perp__moving *b, int32_
 
     /* 1. the gates of the faces and of the closest points */
     centre_in_box(a->start, b->start, from);
-    double distance = box_distance(half, dimension, from, gradient, &aside) - radius;
+    double distance = perp__box_distance(half, dimension, from, gradient, &aside) - radius;
     for (int k = 0; k < 2 * dimension && boxed; k++) {
         double separation = (k % 2 ? from[k / 2] : -from[k / 2]) - half[k / 2] - radius;
         gates[k] = gate_of(separation, near, near->grazing);
@@ -512,7 +511,7 @@ static int32_t collide_ball(const perp__moving *a, const perp__moving *b, int32_
             entry =
                 fmin(entry, ball_entry(half, dimension, radius, from, way, bare, near->rounding));
             perp__along3(at, from, entry, way);
-            box_distance(half, dimension, at, gradient, &aside);
+            perp__box_distance(half, dimension, at, gradient, &aside);
             collision->time = t + entry * (end - t);
             collision->axis = 0;
             collision->doubtful = boxed && aside < displacement + near->touching;
