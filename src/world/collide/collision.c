@@ -75,24 +75,6 @@ int32_t perp__axes_of(const perp__placed *a, const perp__placed *b, int32_t plan
     return all;
 }
 
-/* How far one axis alone decides: the largest separation, of cores, along other directions than
- * `best`; or `least` where none is more. */
-static double separation_aside(const perp__placed *a, const perp__placed *b, int32_t planar,
-                               const perp__axes *axes, int32_t best, double least)
-{
-    double largest = least;
-    perp__convex_pair pair;
-    if (!perp__are_boxes(a, b, planar)) {
-        perp__convex_pair_set(&pair, a, b, planar);
-        return perp__convex_aside(&pair, axes, best, least);
-    }
-    for (int32_t k = 0; k < axes->count; k++)
-        if (axes->axis[k].separation > largest &&
-            fabs(perp__dot3(axes->axis[k].normal, axes->axis[best].normal)) < PERP__ASIDE)
-            largest = axes->axis[k].separation;
-    return largest;
-}
-
 /* A difference of places in the frame of a box. A ball has no frame: its turning is nothing. */
 static void see_from(const perp__placed *box, const double *between, double *seen)
 {
@@ -185,7 +167,8 @@ int32_t perp__touch_plainly(const perp__moving *moving_a, const perp__moving *mo
             return axis->separation < -near->touching ||
                    (a->geometry->radius > 0.0 && b->geometry->radius > 0.0);
         const double due = perp__relative_displacement(moving_a, moving_b) + near->touching;
-        double aside = separation_aside(a, b, planar, axes, best, -2.0 * due);
+        const double deep = axis->separation < -near->touching ? due : near->touching;
+        double aside = perp__separation_aside(a, b, planar, axes, best, -2.0 * due, -deep);
         collision->doubtful = -aside < due;
         return axis->separation < -near->touching ||
                (axis->separation <= near->touching && aside < -near->touching);
@@ -360,7 +343,7 @@ static void set_collision(course *on, double t, perp__collision *collision)
     collision->axis = on->axes.axis[on->last].number;
     due = perp__relative_displacement(on->a, on->b) + on->near->touching;
     collision->doubtful =
-        -separation_aside(&a, &b, on->planar, &on->axes, on->last, -2.0 * due) < due;
+        -perp__separation_aside(&a, &b, on->planar, &on->axes, on->last, -due, -due) < due;
     if (!on->turning && (on->gate[on->last] != 0.0 || boxes)) {
         (void)axes_at(on, 0.0, INFINITY);
         t = fmin(t, entry_of(on, on->bare, 0.0, 1.0));
