@@ -20,76 +20,35 @@ void perp__emit_point(const perp__placed *frame, const double *position, const d
 
 /* ---- a half-space and another shape; in planar worlds a half-plane ---- */
 
-/* Every corner of a box is a point of its own: it rests on those that touch. Bit j of a corner's
- * number tells the side of axis j.
- *
- * With the centre's height c and the heights s_j = h_j normal'axis_j, a corner's gap is
- * c +- s_0 +- s_1 +- s_2. A box that lies flat has two s_j = 0, so that its four corners have the
- * same gap to the last bit, and exactly 0 where c = s_j; heights of corner coordinates would not
- * cancel so. */
-static inline int32_t collide_plane_box(const perp__placed *plane, const perp__placed *box,
-                                        int dimension, double margin, perp__point *points)
+/* Every corner of a shape's core is a point of its own: it rests on those that touch; of too many
+ * those of least gap, in the order of corners. Gaps are sums over the axes of the shape's frame: of
+ * a box that lies flat those of two axes are 0, so that its four corners have the same gap to the
+ * last bit, which heights of corners in the world would not. */
+static int32_t collide_plane(const perp__placed *plane, const perp__placed *convex, int32_t planar,
+                             double margin, perp__point *points)
 {
-    double normal[3], between[3];
-    perp__apply3(normal, plane->rotation, plane->geometry->normal);
-    perp__subtract3(between, box->position, plane->position);
-    double centre = perp__dot3(normal, between) - plane->geometry->offset;
-
-    const double *half = box->geometry->half_extents;
-    double axis[3][3], height[3];
-    for (int j = 0; j < dimension; j++) {
-        perp__column3(axis[j], box->rotation, j);
-        height[j] = half[j] * perp__dot3(normal, axis[j]);
-    }
-
-    /* the least gap: sums of the same terms in the same order, each the smaller one */
-    double least = centre;
-    for (int j = 0; j < dimension; j++)
-        least -= fabs(height[j]);
-    if (least > margin)
-        return 0;
-
-    int32_t count = 0;
-    for (int32_t corner = 0; corner < 1 << dimension; corner++) {
-        double gap = centre;
-        double position[3] = {0.0, 0.0, 0.0};
-        for (int j = 0; j < dimension; j++)
-            gap += corner >> j & 1 ? height[j] : -height[j];
-        if (!(gap <= margin))
-            continue;
-        for (int j = 0; j < dimension; j++)
-            perp__along3(position, position, corner >> j & 1 ? half[j] : -half[j], axis[j]);
-        perp__point *point = &points[count++];
-        perp__along3(position, position, -0.5 * gap, normal);
-        perp__along3(point->position, box->position, 1.0, position);
-        perp__copy3(point->normal, normal);
-        point->gap = gap;
-        point->feature = corner;
-    }
-    return count;
-}
-
-/* Every corner of the core of any other convex shape is a point of its own; of too many those of
- * least gap, in the order of corners. */
-static int32_t collide_plane_convex(const perp__placed *plane, const perp__placed *convex,
-                                    int32_t planar, double margin, perp__point *points)
-{
-    double normal[3], between[3];
+    double normal[3], local[3], down[3], between[3];
     perp__polytope_room room;
     perp__polytope polytope;
     int32_t count = 0;
     perp__apply3(normal, plane->rotation, plane->geometry->normal);
+    perp__apply_transposed3(local, convex->rotation, normal);
     perp__subtract3(between, convex->position, plane->position);
+    const double centre = perp__dot3(normal, between) - plane->geometry->offset;
+    for (int k = 0; k < 3; k++)
+        down[k] = -local[k];
+    if (centre - perp__reach_of(convex->geometry, down) > margin)
+        return 0;
     perp__polytope_of(convex->geometry, planar, &room, &polytope);
-    double centre = perp__dot3(normal, between);
     for (int32_t c = 0; c < polytope.corners; c++) {
+        const double *at = polytope.corner + 3 * c;
         perp__point point;
         double corner[3];
-        perp__apply3(corner, convex->rotation, polytope.corner + 3 * c);
         point.gap =
-            (centre + perp__dot3(normal, corner)) - plane->geometry->offset - polytope.radius;
+            ((centre + at[0] * local[0]) + at[1] * local[1]) + at[2] * local[2] - polytope.radius;
         if (!(point.gap <= margin))
             continue;
+        perp__apply3(corner, convex->rotation, at);
         perp__add3(corner, -(polytope.radius + 0.5 * point.gap), normal);
         perp__along3(point.position, convex->position, 1.0, corner);
         perp__copy3(point.normal, normal);
@@ -119,69 +78,31 @@ static void turn_points(int32_t count, perp__point *points)
             points[q].normal[k] = -points[q].normal[k];
 }
 
-/* Two spheres; in planar worlds two discs. */
-static int32_t collide_balls(const perp__placed *a, const perp__placed *b, int32_t planar,
-                             double margin, perp__point *points)
+/* A sphere, in planar worlds a disc, and a box or a sphere, which is a box without extent, but
+ * round, in the frame of the world. */
+static int32_t collide_ball(const perp__placed *a, const perp__placed *ball, int32_t planar,
+                            double margin, perp__point *points)
 {
-    double normal[3];
-    perp__subtract3(normal, b->position, a->position);
-    if (planar)
-        normal[2] = 0.0;
-    double distance = perp__normalise3(normal);
-
-    /* concentric spheres part along an axis of the first, which lies in a planar world's plane */
-    if (distance == 0.0)
-        perp__column3(normal, a->rotation, 0);
-
-    double radius = a->geometry->radius;
-    double gap = distance - radius - b->geometry->radius;
+    static const double none[3] = {0.0, 0.0, 0.0};
+    const int32_t boxed = a->geometry->kind == PERP__BOX, dimension = planar ? 2 : 3;
+    const double *half = boxed ? a->geometry->half_extents : none;
+    perp__placed frame = *a;
+    double between[3], centre[3], closest[3] = {0.0, 0.0, 0.0}, outward[3], aside;
+    for (int k = 0; k < 9 && !boxed; k++)
+        frame.rotation[k] = k % 4 == 0;
+    perp__subtract3(between, ball->position, a->position);
+    perp__apply_transposed3(centre, frame.rotation, between);
+    const double radius = a->geometry->radius;
+    const double gap = perp__box_distance(half, dimension, centre, outward, &aside) - radius -
+                       ball->geometry->radius;
     if (!(gap <= margin))
         return 0;
 
-    perp__along3(points->position, a->position, radius + 0.5 * gap, normal);
-    perp__copy3(points->normal, normal);
-    points->gap = gap;
-    points->feature = 0;
-    return 1;
-}
-
-/* A box and a sphere; in planar worlds a rectangle and a disc. */
-static int32_t collide_box_ball(const perp__placed *box, const perp__placed *ball, int32_t planar,
-                                double margin, perp__point *points)
-{
-    const int dimension = planar ? 2 : 3;
-    const double *half = box->geometry->half_extents;
-    double between[3], centre[3], closest[3] = {0.0, 0.0, 0.0}, outward[3] = {0.0, 0.0, 0.0};
-    perp__subtract3(between, ball->position, box->position);
-    perp__apply_transposed3(centre, box->rotation, between);
-
-    /* 1. the point of the box next to the ball's centre, in the frame of the box */
-    for (int j = 0; j < dimension; j++) {
-        closest[j] = fmin(fmax(centre[j], -half[j]), half[j]);
-        outward[j] = centre[j] - closest[j];
-    }
-    double distance = perp__normalise3(outward);
-
-    /* 2. of a centre inside of the box that of the nearest face: the way out is the shortest there
-     */
-    if (distance == 0.0) {
-        int nearest = 0;
-        for (int j = 1; j < dimension; j++)
-            if (half[j] - fabs(closest[j]) < half[nearest] - fabs(closest[nearest]))
-                nearest = j;
-        const double side = closest[nearest] < 0.0 ? -1.0 : 1.0;
-        distance = -(half[nearest] - fabs(closest[nearest]));
-        closest[nearest] = side * half[nearest];
-        for (int j = 0; j < 3; j++)
-            outward[j] = j == nearest ? side : 0.0;
-    }
-
-    /* 3. the point, midway */
-    const double gap = distance - ball->geometry->radius;
-    if (!(gap <= margin))
-        return 0;
-    perp__along3(closest, closest, 0.5 * gap, outward);
-    perp__emit_point(box, closest, outward, gap, 0, points);
+    /* the point midway between both */
+    for (int j = 0; j < dimension && boxed; j++)
+        closest[j] = outward[j] == 0.0 ? centre[j] : centre[j] < 0.0 ? -half[j] : half[j];
+    perp__along3(closest, closest, radius + 0.5 * gap, outward);
+    perp__emit_point(&frame, closest, outward, gap, 0, points);
     return 1;
 }
 
@@ -196,15 +117,10 @@ int32_t perp__collide(const perp__placed *a, const perp__placed *b, int32_t plan
     int32_t count = 0;
     if (other == PERP__PLANE)
         count = 0;
-    else if (kind == PERP__PLANE && other == PERP__BOX)
-        count = planar ? collide_plane_box(first, second, 2, margin, points)
-                       : collide_plane_box(first, second, 3, margin, points);
     else if (kind == PERP__PLANE)
-        count = collide_plane_convex(first, second, planar, margin, points);
-    else if (kind == PERP__BOX && other == PERP__SPHERE)
-        count = collide_box_ball(first, second, planar, margin, points);
-    else if (kind == PERP__SPHERE && other == PERP__SPHERE)
-        count = collide_balls(first, second, planar, margin, points);
+        count = collide_plane(first, second, planar, margin, points);
+    else if (perp__is_ball_pair(first, second))
+        count = collide_ball(first, second, planar, margin, points);
     else
         count = perp__collide_convex(first, second, planar, margin, points);
 

@@ -75,24 +75,6 @@ int32_t perp__axes_of(const perp__placed *a, const perp__placed *b, int32_t plan
     return all;
 }
 
-/* How far one axis alone decides: the largest separation, of cores, along other directions than
- * `best`; or `least` where none is more. */
-static double separation_aside(const perp__placed *a, const perp__placed *b, int32_t planar,
-                               const perp__axes *axes, int32_t best, double least)
-{
-    double largest = least;
-    perp__convex_pair pair;
-    if (!perp__are_boxes(a, b, planar)) {
-        perp__convex_pair_set(&pair, a, b, planar);
-        return perp__convex_aside(&pair, axes, best, least);
-    }
-    for (int32_t k = 0; k < axes->count; k++)
-        if (axes->axis[k].separation > largest &&
-            fabs(perp__dot3(axes->axis[k].normal, axes->axis[best].normal)) < PERP__ASIDE)
-            largest = axes->axis[k].separation;
-    return largest;
-}
-
 /* A difference of places in the frame of a box. A ball has no frame: its turning is nothing. */
 static void see_from(const perp__placed *box, const double *between, double *seen)
 {
@@ -109,9 +91,8 @@ static void centre_in_box(const perp__placed *box, const perp__placed *ball, dou
     see_from(box, between, centre);
 }
 
-/* Distance of a point from a box (negative inside: to the next face) and its gradient. */
-static double box_distance(const double *half, int dimension, const double *centre,
-                           double *gradient, double *aside)
+double perp__box_distance(const double *half, int dimension, const double *centre, double *gradient,
+                          double *aside)
 {
     double inside = -INFINITY;
     int out = 0, next = 0;
@@ -186,7 +167,8 @@ int32_t perp__touch_plainly(const perp__moving *moving_a, const perp__moving *mo
             return axis->separation < -near->touching ||
                    (a->geometry->radius > 0.0 && b->geometry->radius > 0.0);
         const double due = perp__relative_displacement(moving_a, moving_b) + near->touching;
-        double aside = separation_aside(a, b, planar, axes, best, -2.0 * due);
+        const double deep = axis->separation < -near->touching ? due : near->touching;
+        double aside = perp__separation_aside(a, b, planar, axes, best, -2.0 * due, -deep);
         collision->doubtful = -aside < due;
         return axis->separation < -near->touching ||
                (axis->separation <= near->touching && aside < -near->touching);
@@ -195,7 +177,7 @@ int32_t perp__touch_plainly(const perp__moving *moving_a, const perp__moving *mo
     double centre[3], gradient[3], aside;
     centre_in_box(box, ball, centre);
     double gap =
-        box_distance(box->geometry->half_extents, planar ? 2 : 3, centre, gradient, &aside) -
+        perp__box_distance(box->geometry->half_extents, planar ? 2 : 3, centre, gradient, &aside) -
         ball->geometry->radius;
     return gap < -near->touching || (gap <= near->touching && aside > near->touching);
 }
@@ -361,7 +343,7 @@ static void set_collision(course *on, double t, perp__collision *collision)
     collision->axis = on->axes.axis[on->last].number;
     due = perp__relative_displacement(on->a, on->b) + on->near->touching;
     collision->doubtful =
-        -separation_aside(&a, &b, on->planar, &on->axes, on->last, -2.0 * due) < due;
+        -perp__separation_aside(&a, &b, on->planar, &on->axes, on->last, -due, -due) < due;
     if (!on->turning && (on->gate[on->last] != 0.0 || boxes)) {
         (void)axes_at(on, 0.0, INFINITY);
         t = fmin(t, entry_of(on, on->bare, 0.0, 1.0));
@@ -452,7 +434,7 @@ static double ball_entry(const double *half, int dimension, double radius, const
     for (int look = 0; look < PERP__MAX_LOOKS && t <= leave; look++) {
         double at[3], gradient[3], aside;
         perp__along3(at, from, t, displacement);
-        double gap = box_distance(half, dimension, at, gradient, &aside) - radius + gates[6];
+        double gap = perp__box_distance(half, dimension, at, gradient, &aside) - radius + gates[6];
         double rate = -perp__dot3(gradient, displacement);
         if (!(rate > 0.0))
             return INFINITY;
@@ -477,7 +459,7 @@ static int32_t collide_ball(const perp__moving *a, const perp__moving *b, int32_
 
     /* 1. the gates of the faces and of the closest points */
     centre_in_box(a->start, b->start, from);
-    double distance = box_distance(half, dimension, from, gradient, &aside) - radius;
+    double distance = perp__box_distance(half, dimension, from, gradient, &aside) - radius;
     for (int k = 0; k < 2 * dimension && boxed; k++) {
         double separation = (k % 2 ? from[k / 2] : -from[k / 2]) - half[k / 2] - radius;
         gates[k] = gate_of(separation, near, near->grazing);
@@ -512,7 +494,7 @@ static int32_t collide_ball(const perp__moving *a, const perp__moving *b, int32_
             entry =
                 fmin(entry, ball_entry(half, dimension, radius, from, way, bare, near->rounding));
             perp__along3(at, from, entry, way);
-            box_distance(half, dimension, at, gradient, &aside);
+            perp__box_distance(half, dimension, at, gradient, &aside);
             collision->time = t + entry * (end - t);
             collision->axis = 0;
             collision->doubtful = boxed && aside < displacement + near->touching;

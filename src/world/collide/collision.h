@@ -55,6 +55,11 @@ int32_t perp__find_collision(const perp__moving *a, const perp__moving *b, int32
 int32_t perp__collide_along(const perp__placed *a, const perp__placed *b, int32_t planar,
                             int32_t axis, perp__point *points);
 
+/* Distance of a point from a box (negative inside: to the next face) and its gradient. `aside`: how
+ * far inside of the nearest rim of the face it lies over. */
+double perp__box_distance(const double *half, int dimension, const double *centre, double *gradient,
+                          double *aside);
+
 /* Whether the point lies inside the shape, by more than `depth`. */
 int32_t perp__holds(const perp__placed *shape, const double *point, double depth);
 

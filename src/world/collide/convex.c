@@ -7,7 +7,34 @@
  * these lie over it, else that of edges. */
 #include "world/collide/polytope.h"
 
+#include "linalg/lanes/vectors.h"
 #include "linalg/spatial.h"
+
+/* Faces and edges are looked at by groups. */
+enum { GROUP = 8, MAX_EDGES = PERP__MAX_EDGES + GROUP };
+
+/* Of edges: their vectors, and the normals of the faces to the left and to the right, by
+ * components; a group that is not full has one edge several times. */
+typedef struct edge_group {
+    double along[3][GROUP], left[3][GROUP], right[3][GROUP];
+} edge_group;
+
+typedef struct convex_kernels {
+    void (*find_least)(double normal[3][GROUP], const perp__polytope *other, double *least);
+    void (*find_crossing)(const perp__convex_pair *pair, int32_t i, const edge_group *edges,
+                          int32_t groups, unsigned *crossing);
+} convex_kernels;
+
+static void edge_vector(const perp__polytope *polytope, int32_t e, double *vector)
+{
+    const int32_t *ends = polytope->edge + 4 * e;
+    perp__subtract3(vector, polytope->corner + 3 * ends[1], polytope->corner + 3 * ends[0]);
+}
+
+#define TEMPLATE "world/collide/convex_vector.h"
+#include "linalg/lanes/each_set.h"
+
+static const convex_kernels *const kernels[] = {PERP__OF_EACH_SET(&kernels)};
 
 void perp__convex_pair_set(perp__convex_pair *pair, const perp__placed *a, const perp__placed *b,
                            int32_t planar)
@@ -29,56 +56,50 @@ void perp__convex_pair_set(perp__convex_pair *pair, const perp__placed *a, const
     pair->size = fmin(perp__size_of(a), perp__size_of(b));
 }
 
+/* A group of faces of A (side 0) or B, from `face` on, or as many as there are. */
+static void set_faces(const perp__convex_pair *pair, int32_t side, int32_t face, perp__axis *axis)
+{
+    const perp__polytope *own = &pair->side[side];
+    const int32_t count = own->faces - face < GROUP ? own->faces - face : GROUP;
+    const double sign = side == 0 ? 1.0 : -1.0;
+    double normal[3][GROUP], least[GROUP];
+    for (int32_t l = 0; l < GROUP; l++)
+        for (int k = 0; k < 3; k++)
+            normal[k][l] = own->normal[3 * (face + (l < count ? l : 0)) + k];
+    kernels[perp__widest_vectors()]->find_least(normal, &pair->side[1 - side], least);
+    for (int32_t l = 0; l < count; l++) {
+        axis[l].separation = least[l] - own->offset[face + l] - pair->radius;
+        axis[l].width = INFINITY;
+        for (int k = 0; k < 3; k++)
+            axis[l].normal[k] = sign * normal[k][l];
+    }
+}
+
 void perp__convex_face(const perp__convex_pair *pair, int32_t side, int32_t face, perp__axis *axis)
 {
-    const perp__polytope *own = &pair->side[side], *other = &pair->side[1 - side];
-    const double *normal = own->normal + 3 * face;
-    double least = INFINITY;
-    for (int32_t c = 0; c < other->corners; c++) {
-        const double height = perp__dot3(normal, other->corner + 3 * c);
-
-        least = height < least ? height : least;
-    }
-    axis->separation = least - own->offset[face] - pair->radius;
-    axis->width = INFINITY;
-    for (int k = 0; k < 3; k++)
-        axis->normal[k] = side == 0 ? normal[k] : -normal[k];
+    perp__axis group[GROUP];
+    set_faces(pair, side, face, group);
+    *axis = group[0];
 }
 
 /* ---- edges ---- */
 
-static void edge_vector(const perp__polytope *polytope, int32_t e, double *vector)
+static int32_t group_edges(const perp__polytope *polytope, const int32_t *list, int32_t count,
+                           edge_group *groups)
 {
-    const int32_t *ends = polytope->edge + 4 * e;
-    perp__subtract3(vector, polytope->corner + 3 * ends[1], polytope->corner + 3 * ends[0]);
-}
-
-/* The normals of the faces to the left and to the right of an edge along `vector` times another
- * edge's: of opposite signs where the other's plane parts them. */
-static inline int32_t parts_faces(const perp__polytope *polytope, int32_t e, const double *other,
-                                  double *left, double *right)
-{
-    const int32_t *faces = polytope->edge + 4 * e + 2;
-    *left = *right = 0.0;
-    if (polytope->faces == 0)
-        return 1;
-    *left = perp__dot3(polytope->normal + 3 * faces[0], other);
-    *right = perp__dot3(polytope->normal + 3 * faces[1], other);
-    return *left * *right < 0.0;
-}
-
-/* Whether the arcs of two edges cross on the Gauss map; u: the vector of that of A. */
-static inline int32_t arcs_cross(const perp__convex_pair *pair, int32_t i, int32_t j,
-                                 const double *u)
-{
-    const perp__polytope *a = &pair->side[0], *b = &pair->side[1];
-    double v[3], left[2], right[2];
-    if (!parts_faces(b, j, u, &left[1], &right[1]))
-        return 0;
-    edge_vector(b, j, v);
-    return parts_faces(a, i, v, &left[0], &right[0]) &&
-           (a->faces == 0 || b->faces == 0 || /* else on opposite sides of the map */
-            left[1] * right[0] < 0.0);
+    const int32_t whole = (count + GROUP - 1) / GROUP;
+    for (int32_t l = 0; l < whole * GROUP; l++) {
+        const int32_t e = list[l < count ? l : 0], *faces = polytope->edge + 4 * e + 2;
+        edge_group *at = &groups[l / GROUP];
+        double along[3];
+        edge_vector(polytope, e, along);
+        for (int k = 0; k < 3; k++) {
+            at->along[k][l % GROUP] = along[k];
+            at->left[k][l % GROUP] = polytope->normal[3 * faces[0] + k];
+            at->right[k][l % GROUP] = polytope->normal[3 * faces[1] + k];
+        }
+    }
+    return whole;
 }
 
 /* The product of two edges whose arcs cross. */
@@ -107,88 +128,107 @@ static double product_of(const perp__convex_pair *pair, int32_t i, int32_t j, do
 
 double perp__convex_product(const perp__convex_pair *pair, int32_t i, int32_t j, double *normal)
 {
-    double u[3];
-    edge_vector(&pair->side[0], i, u);
-    if (!pair->boxes && /* whose edges are those farthest along their axis */
-        !arcs_cross(pair, i, j, u))
-        return -INFINITY;
-    return product_of(pair, i, j, normal);
+    unsigned crossing = 1;
+    edge_group edges;
+    if (!pair->boxes) { /* whose edges are those farthest along their axis */
+        group_edges(&pair->side[1], &j, 1, &edges);
+        kernels[perp__widest_vectors()]->find_crossing(pair, i, &edges, 1, &crossing);
+    }
+    return crossing & 1 ? product_of(pair, i, j, normal) : -INFINITY;
 }
 
-/* How far the corner of `other` that lies farthest against a direction is beyond the faces of a
- * core. */
-static void find_heights(const perp__polytope *own, const perp__polytope *other,
-                         const double *direction, double *heights)
+/* What the products of each edge may separate at most: normals of products are sums of those of the
+ * edge's two faces with factors >= 0 that add up to 1 or more, so that they separate no more than
+ * the corner of the other core that lies farthest against a direction is beyond the farther of both
+ * faces, unless it is above 0. */
+static void bound_edges(const perp__polytope *own, const perp__polytope *other,
+                        const double *direction, double *bounds)
 {
     const double *lowest = other->corner;
-    double least = perp__dot3(direction, lowest);
+    double heights[PERP__MAX_FACES], least = perp__dot3(direction, lowest);
     for (int32_t c = 1; c < other->corners; c++) {
         const double along = perp__dot3(direction, other->corner + 3 * c);
         lowest = along < least ? other->corner + 3 * c : lowest;
         least = along < least ? along : least;
     }
+    heights[0] = 0.0; /* of an edge without faces */
     for (int32_t f = 0; f < own->faces; f++)
         heights[f] = perp__dot3(own->normal + 3 * f, lowest) - own->offset[f];
+    for (int32_t e = 0; e < own->edges; e++)
+        bounds[e] = perp__greater(heights[own->edge[4 * e + 2]], heights[own->edge[4 * e + 3]]);
 }
 
-/* The edges of which products may separate more than `most` <= 0, and the mean of what those of the
- * others may; -INFINITY where there are none. Normals of products are sums of those of the edge's
- * two faces with factors >= 0 that add up to 1 or more: they separate no more than a corner of the
- * other core is beyond the farther of both, unless it is above 0. */
-static int32_t list_edges(const perp__polytope *polytope, const double *heights, double most,
-                          int32_t *list, double *rest)
+/* The edges of which products may separate more than `most` <= 0. */
+static int32_t list_edges(int32_t edges, const double *bounds, double most, int32_t *list)
+{
+    int32_t count = 0;
+    for (int32_t e = 0; e < edges; e++) {
+        list[count] = e;
+        count += bounds[e] >= most;
+    }
+    return count;
+}
+
+/* The mean of what those of the others may; -INFINITY where there are none. */
+static double mean_below(int32_t edges, const double *bounds, double most)
 {
     int32_t count = 0;
     double sum = 0.0;
-    for (int32_t e = 0; e < polytope->edges; e++) {
-        const int32_t *faces = polytope->edge + 4 * e + 2;
-        const double bound =
-            polytope->faces == 0 ? 0.0 : perp__greater(heights[faces[0]], heights[faces[1]]);
-        list[count] = e;
-        if (bound >= most)
-            count++;
-        else
-            sum += bound;
+    for (int32_t e = 0; e < edges; e++) {
+        const int32_t below = bounds[e] < most;
+        count += below;
+        sum += below ? bounds[e] : 0.0;
     }
-    *rest = count < polytope->edges ? sum / (polytope->edges - count) : -INFINITY;
-    return count;
+    return count > 0 ? sum / count : -INFINITY;
 }
 
 /* The product that separates cores most, and more than `least`, beside its separation: of all, or
  * of those that are aside of the direction. Edges are tried that may separate more than `most`, as
  * faces do; then, while the best of their products has less than was asked for, those that may
- * more than it, or than the mean of the rest. */
+ * more than it, or than the mean of the rest. More than `enough` ends the search. */
 static double best_product(const perp__convex_pair *pair, const double *direction, int32_t aside,
-                           double most, double least, double *normal, int32_t *number)
+                           double most, double least, double enough, double *normal,
+                           int32_t *number)
 {
+    const convex_kernels *set = kernels[perp__widest_vectors()];
     const perp__polytope *a = &pair->side[0], *b = &pair->side[1];
     const double back[3] = {-direction[0], -direction[1], -direction[2]};
-    double heights[2][PERP__MAX_FACES], rest[2], u[3], best = least, tried = INFINITY;
+    double bounds[2][PERP__MAX_EDGES], best = least, tried = INFINITY;
     int32_t edges[2][PERP__MAX_EDGES];
+    unsigned crossing[MAX_EDGES / GROUP];
+    edge_group groups[MAX_EDGES / GROUP];
     if (pair->planar || (a->faces == 0 && b->faces == 0))
         return best;
-    find_heights(a, b, direction, heights[0]);
-    find_heights(b, a, back, heights[1]);
-    for (most = fmin(most, 0.0); most < tried; most = fmax(best, fmax(rest[0], rest[1]))) {
-        const int32_t of_a = list_edges(a, heights[0], most, edges[0], &rest[0]);
-        const int32_t of_b = list_edges(b, heights[1], most, edges[1], &rest[1]);
-        tried = most;
-        for (int32_t k = 0; k < of_a; k++) {
-            edge_vector(a, edges[0][k], u);
-            for (int32_t l = 0; l < of_b; l++) {
-                const int32_t i = edges[0][k], j = edges[1][l];
-                double n[3], separation;
-                if (!arcs_cross(pair, i, j, u))
-                    continue;
-                separation = product_of(pair, i, j, n);
-                if (!(separation > best) ||
-                    (aside && fabs(perp__dot3(n, direction)) >= PERP__ASIDE))
-                    continue;
-                best = separation;
-                perp__copy3(normal, n);
-                *number = a->faces + b->faces + i * b->edges + j;
-            }
+    bound_edges(a, b, direction, bounds[0]);
+    bound_edges(b, a, back, bounds[1]);
+    for (most = fmin(most, 0.0); most < tried;) {
+        const int32_t of_a = list_edges(a->edges, bounds[0], most, edges[0]);
+        const int32_t of_b = list_edges(b->edges, bounds[1], most, edges[1]);
+        const int32_t count = group_edges(b, edges[1], of_b, groups);
+        const unsigned last = (2u << (of_b + GROUP - 1) % GROUP) - 1;
+        for (int32_t k = 0; k < of_a && count > 0 && !(best > enough); k++) {
+            set->find_crossing(pair, edges[0][k], groups, count, crossing);
+            crossing[count - 1] &= last;
+            for (int32_t l = 0; l < count; l++)
+                for (unsigned bits = crossing[l]; bits; bits &= bits - 1) {
+                    const int32_t i = edges[0][k];
+                    const int32_t j = edges[1][GROUP * l + (int32_t)perp__lowest_bit(bits)];
+                    double n[3], separation;
+                    if (bounds[0][i] >= tried && bounds[1][j] >= tried)
+                        continue;
+                    separation = product_of(pair, i, j, n);
+                    if (!(separation > best) ||
+                        (aside && fabs(perp__dot3(n, direction)) >= PERP__ASIDE))
+                        continue;
+                    best = separation;
+                    perp__copy3(normal, n);
+                    *number = a->faces + b->faces + i * b->edges + j;
+                }
         }
+        tried = most;
+        if (best < tried)
+            most = fmax(best, fmax(mean_below(a->edges, bounds[0], tried),
+                                   mean_below(b->edges, bounds[1], tried)));
     }
     return best;
 }
@@ -386,7 +426,8 @@ int32_t perp__convex_axes(const perp__convex_pair *pair, double far, perp__axes 
     for (int32_t side = 0; side < 2; side++) {
         axes->faces[side] = pair->side[side].faces;
         for (int32_t f = 0; f < pair->side[side].faces; f++, count++) {
-            perp__convex_face(pair, side, f, &axes->axis[count]);
+            if (f % GROUP == 0)
+                set_faces(pair, side, f, &axes->axis[count]);
             axes->axis[count].number = count;
             best = axes->axis[count].separation > axes->axis[best].separation ? count : best;
             if (axes->axis[count].separation > far) {
@@ -402,7 +443,7 @@ int32_t perp__convex_axes(const perp__convex_pair *pair, double far, perp__axes 
     edges->width = closest->width = INFINITY;
     edges->normal[0] = edges->normal[1] = edges->normal[2] = 0.0;
     edges->separation =
-        best_product(pair, direction, 0, most, -INFINITY, edges->normal, &edges->number) -
+        best_product(pair, direction, 0, most, -INFINITY, INFINITY, edges->normal, &edges->number) -
         pair->radius;
     closest->number = PERP__CLOSEST_AXIS;
     closest_axis(pair, axes->axis, count + 1, closest);
@@ -410,13 +451,21 @@ int32_t perp__convex_axes(const perp__convex_pair *pair, double far, perp__axes 
     return 1;
 }
 
-double perp__convex_aside(const perp__convex_pair *pair, const perp__axes *axes, int32_t best,
-                          double least)
+double perp__separation_aside(const perp__placed *a, const perp__placed *b, int32_t planar,
+                              const perp__axes *axes, int32_t best, double least, double enough)
 {
+    const int32_t boxes = perp__are_boxes(a, b, planar);
+    const int32_t count = boxes ? axes->count : axes->faces[0] + axes->faces[1];
     const double *direction = axes->axis[best].normal;
+    const double radius = a->geometry->radius + b->geometry->radius;
     double normal[3], largest = least;
-    for (int32_t k = 0; k < axes->faces[0] + axes->faces[1]; k++)
-        if (fabs(perp__dot3(axes->axis[k].normal, direction)) < PERP__ASIDE)
-            largest = fmax(largest, axes->axis[k].separation + pair->radius);
-    return best_product(pair, direction, 1, largest, largest, normal, &(int32_t){0});
+    perp__convex_pair pair;
+    for (int32_t k = 0; k < count; k++)
+        if (axes->axis[k].separation + radius > largest &&
+            fabs(perp__dot3(axes->axis[k].normal, direction)) < PERP__ASIDE)
+            largest = axes->axis[k].separation + radius;
+    if (boxes || largest > enough)
+        return largest;
+    perp__convex_pair_set(&pair, a, b, planar);
+    return best_product(&pair, direction, 1, largest, largest, enough, normal, &(int32_t){0});
 }

@@ -323,20 +323,13 @@ int32_t perp__convex_points(const perp__convex_pair *pair, int32_t axis_number, 
 int32_t perp__collide_convex(const perp__placed *a, const perp__placed *b, int32_t planar,
                              double margin, perp__point *points)
 {
-    const int32_t boxes = perp__are_boxes(a, b, planar);
     perp__convex_pair pair;
     perp__axes axes;
-    if (boxes) {
-        perp__box_axes(a, b, margin, &axes);
-    } else {
-        perp__convex_pair_set(&pair, a, b, planar);
-        if (!perp__convex_axes(&pair, margin, &axes))
-            return 0;
-    }
+    if (!perp__axes_of(a, b, planar, margin, &axes) && !perp__are_boxes(a, b, planar))
+        return 0;
     const perp__axis *best = &axes.axis[perp__last_to_close(a, b, &axes, NULL)];
     if (!(best->separation <= margin))
         return 0;
-    if (boxes)
-        perp__convex_pair_set(&pair, a, b, planar);
+    perp__convex_pair_set(&pair, a, b, planar);
     return perp__convex_points(&pair, best->number, margin, points);
 }

@@ -94,10 +94,10 @@ void perp__convex_pair_set(perp__convex_pair *pair, const perp__placed *a, const
  * where a face keeps them farther apart than `far`. */
 int32_t perp__convex_axes(const perp__convex_pair *pair, double far, perp__axes *axes);
 
-/* The largest separation of the cores along a direction other than that of axis `best`; or `least`
- * where none is more. */
-double perp__convex_aside(const perp__convex_pair *pair, const perp__axes *axes, int32_t best,
-                          double least);
+/* How far axis `best` alone decides: the largest separation of the cores along other directions, or
+ * one that is more than `enough`; or `least` where none is more. */
+double perp__separation_aside(const perp__placed *a, const perp__placed *b, int32_t planar,
+                              const perp__axes *axes, int32_t best, double least, double enough);
 
 /* One face of A (side 0) or B. */
 void perp__convex_face(const perp__convex_pair *pair, int32_t side, int32_t face, perp__axis *axis);
