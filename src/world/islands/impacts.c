@@ -339,15 +339,25 @@ static void renew_gain(perp_world *world, const perp__island *island, double lef
     }
 }
 
+/* Whether impacts give energy beyond what impulses known to tol may, as Moreau's law can: then less
+ * of the restitution is left, in the end none, which never does. */
+static int32_t give_energy(const perp_world *world, const perp__island *island, double *share)
+{
+    double size;
+    const double energy = perp__work_of_rows(world, island, world->work.count, &size);
+    const int32_t again = *share > 0.0 && !(energy <= perp__exact_tol(world) * size);
+
+    *share = !again ? *share : *share > LEAST_SHARE ? 0.5 * *share : 0.0;
+    return again;
+}
+
 /* The jump of the velocities where contacts touch, or lack no more than the first one does, as
- * joints are known to lead there; gaps are known to tol, as velocities are. Moreau's law with
- * friction, or with several contacts, can give energy, beyond what impulses known to tol may: then
- * with less of the restitution, in the end none, which never does. */
+ * joints are known to lead there; gaps are known to tol, as velocities are. */
 static perp_status jump(perp_world *world, const perp__island *island, double lacking,
                         perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
-    double share, size, energy;
+    double share = 1.0;
     perp_status status;
 
     for (int32_t i = 0; i < island->contacts; i++)
@@ -359,22 +369,17 @@ static perp_status jump(perp_world *world, const perp__island *island, double la
     perp__choose_rows(world, island, work->hit);
     perp__time_joints(world, 0.0);
     perp__force_bodies(world, island, 0.0);
-    for (share = 1.0;; share = share > LEAST_SHARE ? 0.5 * share : 0.0) {
+    do {
         for (int32_t i = 0; i < work->count; i++)
             work->rows[i].bias[0] = perp__moreau_shift(
                 share * perp__step_contact(world, island, work->chosen[i])->restitution,
                 work->came[i]);
         status = perp__solve_rows(world, island, 1, verdict);
-        if (status != PERP_OK)
-            return status;
-        energy = perp__work_of_rows(world, island, work->count, &size);
-        if (share == 0.0 || energy <= perp__exact_tol(world) * size)
-            break;
-    }
+    } while (status == PERP_OK && give_energy(world, island, &share));
     perp__take_answer(world, island);
     memcpy(work->now, work->v, (size_t)(world->dof * island->bodies) * sizeof *work->now);
     perp__aim_joints(world, island);
-    return PERP_OK;
+    return status;
 }
 
 /* Goes to the first impact and through it; *left is what remains then. *done is 1 where there is
@@ -442,36 +447,37 @@ static perp_status end_on_impacts(perp_world *world, const perp__island *island,
 {
     perp__island_work *work = &world->work;
     perp_status status = PERP_OK;
+    double share = 1.0;
     int32_t came = 1;
 
     for (int32_t i = 0; i < work->count; i++) {
         const int32_t k = work->chosen[i];
-        const perp__world_contact *contact = perp__step_contact(world, island, k);
+        const double end = work->gap[k] + left * normal_after(world, island, i);
 
-        work->guard[i] = perp__moreau_shift(contact->restitution, work->came[i]);
-        work->gap[k] =
-            perp__open_gap(contact, work->gap[k] + left * normal_after(world, island, i)) / left;
+        work->guard[i] = work->came[i];
+        work->gap[k] = perp__open_gap(perp__step_contact(world, island, k), end) / left;
     }
     go(world, island, left, 0, left);
+    for (int32_t i = 0; i < world->dof * island->bodies; i++) /* the beginning again */
+        work->now[i] = work->free[i] - work->share * work->gain[i];
     if (island->joints > 0) { /* which are where these velocities are */
         perp__place_joints(world, island, 0.0);
         perp__choose_rows(world, island, NULL);
         perp__time_joints(world, left);
     }
-    while (status == PERP_OK && came > 0) {
+    while (status == PERP_OK && (came > 0 || give_energy(world, island, &share))) {
         came = 0;
         for (int32_t i = 0; i < work->count; i++) {
             const int32_t k = work->chosen[i];
             const double e = perp__step_contact(world, island, k)->restitution;
+            const int32_t is_hit = work->gap[k] <= 0.0 || e * work->impulse[3 * i] > 0.0;
 
-            if (work->gap[k] > -INFINITY && /* not hit so far */
-                (work->gap[k] <= 0.0 || e * work->impulse[3 * i] > 0.0)) {
-                work->gap[k] = -INFINITY;
-                came++;
-            }
-            work->rows[i].bias[0] = fmax(work->guard[i], work->gap[k]);
+            came += is_hit && work->gap[k] > -INFINITY;
+            work->gap[k] = is_hit ? -INFINITY : work->gap[k];
+            work->rows[i].bias[0] =
+                fmax(perp__moreau_shift(share * e, work->guard[i]), work->gap[k]);
         }
-        if (came > 0)
+        if (came > 0 || share < 1.0)
             status = perp__solve_rows(world, island, 1, verdict);
     }
     memcpy(work->now, work->v, (size_t)(world->dof * island->bodies) * sizeof(double));
@@ -482,8 +488,7 @@ static perp_status end_on_impacts(perp_world *world, const perp__island *island,
 perp_status perp__follow_island(perp_world *world, const perp__island *island, double h,
                                 perp__verdict *verdict)
 {
-    const int32_t share = CONTACTS_IN_ALL / (island->contacts > 0 ? island->contacts : 1);
-    const int32_t most = share < 1 ? 1 : share;
+    const int32_t most = (int32_t)fmax(1.0, CONTACTS_IN_ALL / fmax(1.0, island->contacts));
     perp__island_work *work = &world->work;
     double left = h;
     int32_t done = 0;
@@ -509,12 +514,9 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
             perp__take_answer(world, island);
             /* what stands goes as its carrier does, which has its velocity all along */
             go(world, island, left, !verdict->stands && lasts(world, island, 0.0), left);
-            for (int32_t i = 0; i < work->count && left > 0.0; i++) { /* as if over all of h */
-                double *next = perp__step_response(world, island, work->chosen[i])->next;
-
-                for (int32_t k = 0; k < 3; k++)
-                    next[k] = h / left * work->impulse[3 * i + k];
-            }
+            for (int32_t i = 0; i < 3 * work->count && left > 0.0; i++) /* as if over all of h */
+                perp__step_response(world, island, work->chosen[i / 3])->next[i % 3] =
+                    h / left * work->impulse[i];
             done = 1;
         } else if (verdict->impacts == most) {
             status = end_on_impacts(world, island, left, verdict);
