@@ -1,4 +1,18 @@
-/* What both steppers, mechanism and world, say of an impact at a normal row. */
+/* What both steppers, mechanism and world, say of an impact at a normal row.
+ *
+ * Little more of a step is common to them, and it stands in the layers below: the problem of the
+ * velocities in src/contact, what holds in linalg/held_rows.h. The rest looks alike and is not:
+ *
+ *   rows that take part   mechanism has all contacts from the start and includes those that the
+ *                         velocities pass; world finds them, island by island, and drops them
+ *                         again between the impacts of a step
+ *   impacts               mechanism has a second stage from the same beginning, whatever was hit;
+ *                         world goes to the first impact, through it, and on from there
+ *   projection            mechanism repeats a step of Newton's method on dense callbacks, with
+ *                         bilateral rows; world makes one pass over the islands that overlap,
+ *                         and turns bodies on the way
+ *
+ * One loop for both would be called back by each of them for every line. */
 #ifndef PERP_STEP_IMPACT_H
 #define PERP_STEP_IMPACT_H
 

@@ -12,6 +12,8 @@ GRAVITY, STEP = 9.81, 1 / 60
 # by their restitution in each step, gets there, and they take 100 steps or so from the first rest.
 ROUNDING = np.finfo(float).eps * GRAVITY * STEP
 
+DEEP = 0.04  # of radius 1: twice what `fast` lets a motion go deep, 1/100 of the size
+
 
 def chute(seed: int, level: str) -> perp.World:
     random = np.random.default_rng(seed)
@@ -29,6 +31,15 @@ def chute(seed: int, level: str) -> perp.World:
     return world
 
 
+def depth(world: perp.World) -> float:
+    """The deepest overlap of discs of radius 1, with each other or with the ground."""
+    places = world.positions[1:]
+    apart = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1))
+    np.fill_diagonal(apart, 2.0)
+    return float(max((2 - apart).max(), (1 - places[:, 1]).max()))
+
+
+# In 4 of the first 10 of such worlds what was left of a step's impacts gave energy, and discs were a radius to 12 km in the ground.
 # In 3 of these worlds bounces against walls went on for ever, each slower than the one before: after 500 steps down to 1e-158.
 @pytest.mark.parametrize("level", ("fast", "standard", "accurate", "exact"))
 @pytest.mark.parametrize("seed", range(5))
@@ -36,5 +47,6 @@ def test_bounces_against_walls_die_out(seed: int, level: str) -> None:
     world = chute(seed, level)
     for _ in range(500):
         assert world.step(STEP).advanced
+        assert depth(world) < DEEP
     speeds = np.hypot(*world.velocities.T)
     assert not ((speeds > 0) & (speeds < ROUNDING)).any(), speeds

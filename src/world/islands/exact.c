@@ -76,13 +76,10 @@ double perp__moved_by(const perp_world *world, const perp__island *island,
     double sum = 0.0;
 
     for (int32_t side = 0; side < 2; side++)
-        if (rows->body[side] >= 0 && rows->body[side] < island->bodies) {
-            const double norm =
-                pushed_by(world->work.factors + n * n * rows->body[side], rows->rows[side][k], n);
-
-            sum += norm * norm;
-        }
-    return sum;
+        if (rows->body[side] >= 0 && rows->body[side] < island->bodies)
+            sum = perp__length2(sum, pushed_by(world->work.factors + n * n * rows->body[side],
+                                               rows->rows[side][k], n));
+    return sum * sum;
 }
 
 void perp__find_strengths(const perp_world *world, const perp__island *island, double *strength)

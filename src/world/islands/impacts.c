@@ -351,7 +351,6 @@ static perp_status jump(perp_world *world, const perp__island *island, double la
                         perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
-    const perp__verdict before = *verdict;
     double share = 1.0;
     perp_status status;
 
@@ -365,20 +364,16 @@ static perp_status jump(perp_world *world, const perp__island *island, double la
     perp__time_joints(world, 0.0);
     perp__force_bodies(world, island, 0.0);
     do {
-        verdict->outcome = before.outcome; /* of answers that are taken */
-        verdict->residual = before.residual;
         for (int32_t i = 0; i < work->count; i++)
             work->rows[i].bias[0] = perp__moreau_shift(
                 share * perp__step_contact(world, island, work->chosen[i])->restitution,
                 work->came[i]);
         status = perp__solve_rows(world, island, 1, verdict);
-        if (status != PERP_OK)
-            return status;
-    } while (perp__lessens(world, island, perp__exact_tol(world), &share));
+    } while (status == PERP_OK && perp__lessens(world, island, perp__exact_tol(world), &share));
     perp__take_answer(world, island);
     memcpy(work->now, work->v, (size_t)(world->dof * island->bodies) * sizeof *work->now);
     perp__aim_joints(world, island);
-    return PERP_OK;
+    return status;
 }
 
 /* Goes to the first impact and through it; *left is what remains then. *done is 1 where there is
@@ -445,48 +440,40 @@ static perp_status end_on_impacts(perp_world *world, const perp__island *island,
                                   perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
-    const perp__verdict before = *verdict;
-    double share = 1.0;
     perp_status status = PERP_OK;
-    int32_t came = 1, less = 0;
+    double share = 1.0;
+    int32_t came = 1;
 
     for (int32_t i = 0; i < work->count; i++) {
         const int32_t k = work->chosen[i];
-        const perp__world_contact *contact = perp__step_contact(world, island, k);
+        const double end = work->gap[k] + left * normal_after(world, island, i);
 
-        work->guard[i] = perp__moreau_shift(contact->restitution, work->came[i]);
-        work->gap[k] =
-            perp__open_gap(contact, work->gap[k] + left * normal_after(world, island, i)) / left;
+        work->guard[i] = work->came[i];
+        work->gap[k] = perp__open_gap(perp__step_contact(world, island, k), end) / left;
     }
     go(world, island, left, 0, left);
+    for (int32_t i = 0; i < world->dof * island->bodies; i++) /* the beginning again */
+        work->now[i] = work->free[i] - work->share * work->gain[i];
     if (island->joints > 0) { /* which are where these velocities are */
         perp__place_joints(world, island, 0.0);
         perp__choose_rows(world, island, NULL);
         perp__time_joints(world, left);
     }
-    for (int32_t i = 0; i < world->dof * island->bodies; i++)
-        work->now[i] = work->free[i] - work->share * work->gain[i];
-    while (status == PERP_OK && came > 0) {
-        came = less;
+    while (status == PERP_OK &&
+           (came > 0 || perp__lessens(world, island, perp__exact_tol(world), &share))) {
+        came = 0;
         for (int32_t i = 0; i < work->count; i++) {
             const int32_t k = work->chosen[i];
             const double e = perp__step_contact(world, island, k)->restitution;
+            const int32_t is_hit = work->gap[k] <= 0.0 || e * work->impulse[3 * i] > 0.0;
 
-            if (work->gap[k] > -INFINITY && /* not hit so far */
-                (work->gap[k] <= 0.0 || e * work->impulse[3 * i] > 0.0)) {
-                work->gap[k] = -INFINITY;
-                came++;
-            }
-            work->rows[i].bias[0] = fmax(share * work->guard[i], work->gap[k]);
+            came += is_hit && work->gap[k] > -INFINITY;
+            work->gap[k] = is_hit ? -INFINITY : work->gap[k];
+            work->rows[i].bias[0] =
+                fmax(perp__moreau_shift(share * e, work->guard[i]), work->gap[k]);
         }
-        if (came > 0) {
-            verdict->outcome = before.outcome; /* of answers that are taken */
-            verdict->residual = before.residual;
+        if (came > 0 || share < 1.0)
             status = perp__solve_rows(world, island, 1, verdict);
-        }
-        less = island->joints == 0 && /* whose rows turn */
-               perp__lessens(world, island, perp__exact_tol(world), &share);
-        came += less;
     }
     memcpy(work->now, work->v, (size_t)(world->dof * island->bodies) * sizeof(double));
     perp__take_answer(world, island);
@@ -496,8 +483,7 @@ static perp_status end_on_impacts(perp_world *world, const perp__island *island,
 perp_status perp__follow_island(perp_world *world, const perp__island *island, double h,
                                 perp__verdict *verdict)
 {
-    const int32_t share = CONTACTS_IN_ALL / (island->contacts > 0 ? island->contacts : 1);
-    const int32_t most = share < 1 ? 1 : share;
+    const int32_t most = (int32_t)fmax(1.0, CONTACTS_IN_ALL / fmax(1.0, island->contacts));
     perp__island_work *work = &world->work;
     double left = h;
     int32_t done = 0;
@@ -523,12 +509,9 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
             perp__take_answer(world, island);
             /* what stands goes as its carrier does, which has its velocity all along */
             go(world, island, left, !verdict->stands && lasts(world, island, 0.0), left);
-            for (int32_t i = 0; i < work->count && left > 0.0; i++) { /* as if over all of h */
-                double *next = perp__step_response(world, island, work->chosen[i])->next;
-
-                for (int32_t k = 0; k < 3; k++)
-                    next[k] = h / left * work->impulse[3 * i + k];
-            }
+            for (int32_t i = 0; i < 3 * work->count && left > 0.0; i++) /* as if over all of h */
+                perp__step_response(world, island, work->chosen[i / 3])->next[i % 3] =
+                    h / left * work->impulse[i];
             done = 1;
         } else if (verdict->impacts == most) {
             status = end_on_impacts(world, island, left, verdict);

@@ -131,11 +131,12 @@ static perp_status bounce(perp_world *world, const perp__island *island, perp__r
         status = perp__coloured_step(&world->coloured, answer, NULL, problem, &passes);
         if (status == PERP_OK)
             perp__spend(world, answer->iterations);
-        came = island->joints == 0 && perp__lessens(world, island, problem->tol, &share);
-        looks += came;
+        came = 0;
         for (int32_t i = 0; i < island->contacts; i++)
             came |= work->impulse[3 * i] > 0.0 && work->gap[i] > 0.0 &&
                     perp__step_contact(world, island, i)->restitution > 0.0;
+        if (!came && island->joints == 0)
+            looks += came = perp__lessens(world, island, problem->tol, &share);
     }
     return status;
 }
