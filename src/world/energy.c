@@ -1,5 +1,5 @@
-/* Energy and momentum of the dynamic bodies. */
-#include "world/step.h"
+/* Energy and momentum of the dynamic bodies, and what becomes of energy that a step gave. */
+#include "world/joints/joints.h"
 
 #include "base/context.h"
 
@@ -52,6 +52,189 @@ double perp__work_needed(const perp_world *world, int32_t i, const double *shift
                     shift[k] +
                 world->states[i].torque[k] * shift[3 + k];
     return work;
+}
+
+double perp__kinetic_beside(const perp_world *world, const perp__island *island, const double *v)
+{
+    double kinetic = 0.0;
+
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
+        kinetic += perp__kinetic_of(world, body, &world->next[body], v);
+    }
+    return kinetic;
+}
+
+double perp__energy_gained(const perp_world *world, const perp__island *island, double *rounding)
+{
+    double gained = 0.0, frame[3];
+
+    *rounding = 0.0;
+    if (!perp__find_frame(world, island, frame))
+        return -INFINITY;
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
+
+        if (!perp__stays(world, body))
+            gained -= perp__energy_lost(world, body, frame, rounding);
+    }
+    return gained;
+}
+
+/* What its turn gave of a body's energy, by an inertia beside its angular velocity, or all that it
+ * has by turning; joints settle that otherwise. */
+static double turn_gave(const perp_world *world, int32_t body, int32_t all)
+{
+    const perp__state *next = &world->next[body];
+    const double own = perp__kinetic_of(world, body, next, next->velocity);
+    perp__state before = world->states[body];
+
+    perp__copy3(before.angular_velocity, next->angular_velocity);
+    if (world->roles[body].jointed)
+        return 0.0;
+    return all ? own : fmax(own - perp__kinetic_of(world, body, &before, before.velocity), 0.0);
+}
+
+/* Takes what the step gave from what turns gave, as far as that goes, each body's share from its
+ * own angular velocity. Returns what is left. */
+static double take_from_turns(perp_world *world, const perp__island *island, int32_t all)
+{
+    double sum = 0.0, share;
+
+    for (int32_t i = 0; i < island->bodies; i++)
+        sum += turn_gave(world, world->body_order[island->first_body + i], all);
+    share = fmin(perp__energy_given(world, island) / sum, 1.0);
+    for (int32_t i = 0; i < island->bodies && share > 0.0; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
+        const double gave = turn_gave(world, body, all), spin = turn_gave(world, body, 1);
+
+        for (int32_t k = 0; k < 3 && gave > 0.0; k++)
+            world->next[body].angular_velocity[k] *= sqrt(1.0 - share * gave / spin);
+    }
+    return perp__energy_given(world, island);
+}
+
+/* Takes what the step gave from ways, as far as these did more than those of the mean velocities,
+ * to which forces do what kinetic energy says: out of overlap, or where an impact took velocity. */
+static double take_from_ways(perp_world *world, const perp__island *island, double given)
+{
+    double sum = 0.0, share = 0.0, way[6] = {0.0};
+
+    for (int32_t i = 0; i < 2 * island->bodies; i++) {
+        const int32_t body = world->body_order[island->first_body + i % island->bodies];
+        const perp__state *from = &world->states[body];
+        perp__state *to = &world->next[body];
+        double gave;
+
+        for (int32_t k = 0; k < 3; k++)
+            way[k] = to->position[k] - from->position[k] -
+                     0.5 * world->step_length * (from->velocity[k] + to->velocity[k]);
+        gave = fmax(perp__work_needed(world, body, way), 0.0);
+        if (i >= island->bodies && gave > 0.0)
+            perp__add3(to->position, -share, way);
+        else if (i < island->bodies)
+            share = fmin(given / (sum += gave), 1.0);
+    }
+    return perp__energy_given(world, island);
+}
+
+/* The next velocities without friction. */
+static void leave_friction(perp_world *world, const perp__island *island)
+{
+    for (int32_t i = 0; i < 2 * island->contacts; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i / 2);
+        const int32_t body = i % 2 == 0 ? contact->body_a : contact->body_b;
+        const double *r = perp__step_response(world, island, i / 2)->impulse;
+        double row[6], moment[3] = {0.0}, seen[3];
+
+        if (!perp__is_dynamic(world, body))
+            continue;
+        for (int32_t k = 1; k < 3; k++) {
+            perp__contact_row(contact, i % 2, k, row);
+            perp__add3(world->next[body].velocity, -r[k] * world->bodies[body].inverse_mass, row);
+            perp__add3(moment, -r[k], row + 3);
+        }
+        perp__apply_transposed3(seen, world->motions[body].rotation, moment);
+        perp__apply3(moment, world->bodies[body].inverse_inertia, seen);
+        perp__apply3(seen, world->motions[body].rotation, moment);
+        perp__add3(world->next[body].angular_velocity, 1.0, seen);
+    }
+}
+
+/* Impulses give less in one ratio 1 - t, all or those of friction, and where that is not enough
+ * ways half of what velocities lose. With d what these make of velocities and g what forces do,
+ * energy is less by t d'M (v - g/2) - t^2 d'M d/2. Returns what is left. */
+static double take_impulses(perp_world *world, const perp__island *island, double excess,
+                            int32_t friction)
+{
+    const perp__verdict *verdict = &perp__island_motion(world, island, 0)->verdict;
+    double frame[3], nothing[3] = {0.0}, slope, square, forced = 0.0, half, t, root;
+
+    /* 1. velocities without these impulses; d */
+    (void)perp__find_frame(world, island, frame);
+    slope = perp__kinetic_beside(world, island, frame);
+    for (int32_t i = 0; i < island->bodies; i++) {
+        perp__motion *motion = perp__island_motion(world, island, i);
+        perp__state *next = &world->next[world->body_order[island->first_body + i]];
+
+        perp__copy3(motion->shift, next->velocity);
+        perp__copy3(motion->shift + 3, next->angular_velocity);
+        perp__copy3(next->velocity, friction ? motion->shift : motion->free);
+        perp__copy3(next->angular_velocity, (friction ? motion->shift : motion->free) + 3);
+    }
+    if (friction)
+        leave_friction(world, island);
+    slope -= perp__kinetic_beside(world, island, frame);
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
+        const perp__motion *motion = &world->motions[body];
+        perp__state *next = &world->next[body];
+
+        perp__subtract3(next->velocity, motion->shift, next->velocity);
+        perp__subtract3(next->angular_velocity, motion->shift + 3, next->angular_velocity);
+        forced +=
+            world->bodies[body].mass * (perp__dot3(next->velocity, motion->free) -
+                                        perp__dot3(next->velocity, world->states[body].velocity));
+    }
+    square = 2.0 * perp__kinetic_beside(world, island, nothing);
+    slope += 0.5 * square;
+
+    /* 2. as much as there is of these impulses, and of energy by them */
+    half = slope > 0.0 && slope * slope >= 2.0 * square * excess ? 0.0 : 0.5;
+    slope -= half * forced;
+    root = sqrt(fmax(slope * slope - 2.0 * square * excess, 0.0));
+    t = slope > 0.0 ? fmin(fmin(2.0 * excess / (slope + root), slope / square), 1.0) : 0.0;
+
+    /* 3. velocities, ways, and what is told */
+    for (int32_t i = 0; i < island->bodies; i++) {
+        perp__motion *motion = perp__island_motion(world, island, i);
+        perp__state *next = &world->next[world->body_order[island->first_body + i]];
+
+        perp__add3(next->position, -half * world->step_length * t, next->velocity);
+        for (int32_t k = 0; k < 3; k++) {
+            next->velocity[k] = motion->shift[k] - t * next->velocity[k];
+            next->angular_velocity[k] = motion->shift[3 + k] - t * next->angular_velocity[k];
+        }
+    }
+    for (int32_t i = 0; i < 3 * island->contacts; i++)
+        if (!friction || i % 3 > 0)
+            perp__step_response(world, island, i / 3)->impulse[i % 3] *= 1.0 - t;
+    /* u + t (q - u) misses by t beside what drives it, and by no more than t d */
+    if (verdict->swept)
+        perp__raise_to(&world->scaled,
+                       verdict->residual + t * fmin(sqrt(square) / verdict->drive, 1.0));
+    return perp__energy_given(world, island);
+}
+
+double perp__take_given(perp_world *world, const perp__island *island)
+{
+    double given = take_from_turns(world, island, 0);
+
+    if (given > 0.0 && island->joints == 0)
+        given = take_from_ways(world, island, given);
+    for (int32_t k = 1; k >= 0 && given > 0.0 && island->joints == 0; k--)
+        given = take_impulses(world, island, given, k);
+    return given > 0.0 && island->joints == 0 ? take_from_turns(world, island, 1) : given;
 }
 
 /* Of all dynamic bodies; energies are kinetic and potential. */

@@ -157,6 +157,14 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed);
 
 /* Beyond the work of forces, as what it is tied to sees it; -INFINITY where that is several. */
 double perp__energy_gained(const perp_world *world, const perp__island *island, double *rounding);
+/* The same beyond what motors can do, and of what is left of that what is not rounding. */
+double perp__energy_given(const perp_world *world, const perp__island *island);
+/* Energy that was given goes whence it came: from turns, and where contacts alone act from ways,
+ * friction where slips turn round, all impulses, and all that turns. So momentum is that of the
+ * impulses that are told. Returns what is left. */
+double perp__take_given(perp_world *world, const perp__island *island);
+/* The kinetic energy beside that of a velocity. */
+double perp__kinetic_beside(const perp_world *world, const perp__island *island, const double *v);
 /* What ways left by their turns; with no more energy than `gained` and what the step left. */
 perp_status perp__close_joints(perp_world *world, const perp__island *island, double gained);
 /* The sum of what joints lack, as lengths, 0 where that is rounding; and of an island. */

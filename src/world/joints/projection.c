@@ -7,10 +7,9 @@
  * back: their size stays, if they obeyed the joints where the step began.
  *
  * At last bodies that impulses and joints join have no more energy than before the step and forces
- * gave them. What inertia gave that turned beside the angular velocity is taken from that; what
- * else contacts gave, from ways and impulses; and where ways that close joints were up a potential
- * or a path had not settled, all velocities get smaller, in one ratio: those that obey joints do so
- * still. What is free to fly keeps its momentum. */
+ * gave them. What contacts gave is taken where it came from (energy.c); where ways that close
+ * joints were up a potential or a path had not settled, all velocities get smaller, in one ratio:
+ * those that obey joints do so still. What is free to fly keeps its momentum. */
 #include <math.h>
 #include <string.h>
 
@@ -293,26 +292,13 @@ static void velocity_to_keep(const perp_world *world, const perp__island *island
         perp__add3(kept, 1.0 / mass, momentum);
 }
 
-/* The kinetic energy beside that of the velocity to keep. */
-static double kinetic_beside(const perp_world *world, const perp__island *island,
-                             const double *kept)
-{
-    double kinetic = 0.0;
-
-    for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
-        kinetic += perp__kinetic_of(world, body, &world->next[body], kept);
-    }
-    return kinetic;
-}
-
 /* Takes so much of it, all where it is beyond the range of doubles. */
 static void take_energy(perp_world *world, const perp__island *island, double excess)
 {
     double kept[3], kinetic, share;
 
     velocity_to_keep(world, island, kept);
-    kinetic = kinetic_beside(world, island, kept);
+    kinetic = perp__kinetic_beside(world, island, kept);
     share = isfinite(excess / kinetic) ? sqrt(fmax(1.0 - excess / kinetic, 0.0)) : excess < 0.0;
     for (int32_t i = 0; i < island->bodies; i++) {
         perp__state *state = &world->next[world->body_order[island->first_body + i]];
@@ -324,24 +310,7 @@ static void take_energy(perp_world *world, const perp__island *island, double ex
     }
 }
 
-double perp__energy_gained(const perp_world *world, const perp__island *island, double *rounding)
-{
-    double gained = 0.0, frame[3];
-
-    *rounding = 0.0;
-    if (!perp__find_frame(world, island, frame))
-        return -INFINITY;
-    for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
-
-        if (!perp__stays(world, body))
-            gained -= perp__energy_lost(world, body, frame, rounding);
-    }
-    return gained;
-}
-
-/* The same beyond what motors can do, and of what is left of that what is not rounding. */
-static double energy_given(const perp_world *world, const perp__island *island)
+double perp__energy_given(const perp_world *world, const perp__island *island)
 {
     double rounding, given = perp__energy_gained(world, island, &rounding);
 
@@ -360,7 +329,7 @@ static int32_t keep_energy(perp_world *world, const perp__island *island, double
 
     (void)perp__find_frame(world, island, frame);
     velocity_to_keep(world, island, kept);
-    stays = given >= kinetic_beside(world, island, kept);
+    stays = given >= perp__kinetic_beside(world, island, kept);
     for (int32_t i = 0; i < island->bodies && stays; i++) {
         const int32_t body = world->body_order[island->first_body + i];
         const perp__state now = world->next[body];
@@ -369,7 +338,7 @@ static int32_t keep_energy(perp_world *world, const perp__island *island, double
         perp__copy3(world->next[body].velocity, now.velocity);
         perp__copy3(world->next[body].angular_velocity, now.angular_velocity);
     }
-    take_energy(world, island, stays ? fmax(energy_given(world, island), 0.0) : given);
+    take_energy(world, island, stays ? fmax(perp__energy_given(world, island), 0.0) : given);
     return stays;
 }
 
@@ -402,7 +371,7 @@ static perp_status end_swing(perp_world *world, const perp__island *island)
     perp_status status;
 
     velocity_to_keep(world, island, kept);
-    before = kinetic_beside(world, island, kept);
+    before = perp__kinetic_beside(world, island, kept);
     if (before == 0.0 || are_on_joints(world, island, world->next, PERP__SUM_ROUNDING))
         return PERP_OK;
     status = meet_ends(world, island, PERP__ROWS_NOT_SPARE);
@@ -428,171 +397,11 @@ static perp_status end_swing(perp_world *world, const perp__island *island)
         perp__copy3(state->velocity, twist);
         perp__copy3(state->angular_velocity, twist + 3);
     }
-    after = kinetic_beside(world, island, kept);
+    after = perp__kinetic_beside(world, island, kept);
     if (after < before && after > 0.0 &&
         are_on_joints(world, island, world->states, sqrt(perp__exact_tol(world))))
         take_energy(world, island, after - before);
     return PERP_OK;
-}
-
-/* What its turn gave of a body's energy, by an inertia beside its angular velocity, or all that it
- * has by turning; joints settle that otherwise. */
-static double turn_gave(const perp_world *world, int32_t body, int32_t all)
-{
-    const perp__state *next = &world->next[body];
-    const double own = perp__kinetic_of(world, body, next, next->velocity);
-    perp__state before = world->states[body];
-
-    perp__copy3(before.angular_velocity, next->angular_velocity);
-    if (world->roles[body].jointed)
-        return 0.0;
-    return all ? own : fmax(own - perp__kinetic_of(world, body, &before, before.velocity), 0.0);
-}
-
-/* Takes what the step gave from what turns gave, as far as that goes, each body's share from its
- * own angular velocity. Returns what is left. */
-static double take_from_turns(perp_world *world, const perp__island *island, int32_t all)
-{
-    double sum = 0.0, share;
-
-    for (int32_t i = 0; i < island->bodies; i++)
-        sum += turn_gave(world, world->body_order[island->first_body + i], all);
-    share = fmin(energy_given(world, island) / sum, 1.0);
-    for (int32_t i = 0; i < island->bodies && share > 0.0; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
-        const double gave = turn_gave(world, body, all), spin = turn_gave(world, body, 1);
-
-        for (int32_t k = 0; k < 3 && gave > 0.0; k++)
-            world->next[body].angular_velocity[k] *= sqrt(1.0 - share * gave / spin);
-    }
-    return energy_given(world, island);
-}
-
-/* Takes what the step gave from ways, as far as these did more than those of the mean velocities,
- * to which forces do what kinetic energy says: out of overlap, or where an impact took velocity. */
-static double take_from_ways(perp_world *world, const perp__island *island, double given)
-{
-    double sum = 0.0, share = 0.0, way[6] = {0.0};
-
-    for (int32_t i = 0; i < 2 * island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i % island->bodies];
-        const perp__state *from = &world->states[body];
-        perp__state *to = &world->next[body];
-        double gave;
-
-        for (int32_t k = 0; k < 3; k++)
-            way[k] = to->position[k] - from->position[k] -
-                     0.5 * world->step_length * (from->velocity[k] + to->velocity[k]);
-        gave = fmax(perp__work_needed(world, body, way), 0.0);
-        if (i >= island->bodies && gave > 0.0)
-            perp__add3(to->position, -share, way);
-        else if (i < island->bodies)
-            share = fmin(given / (sum += gave), 1.0);
-    }
-    return energy_given(world, island);
-}
-
-/* The next velocities without friction. */
-static void leave_friction(perp_world *world, const perp__island *island)
-{
-    for (int32_t i = 0; i < 2 * island->contacts; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, i / 2);
-        const int32_t body = i % 2 == 0 ? contact->body_a : contact->body_b;
-        double row[6], moment[3] = {0.0}, seen[3];
-
-        if (!perp__is_dynamic(world, body))
-            continue;
-        for (int32_t k = 1; k < 3; k++) {
-            const double r = perp__step_response(world, island, i / 2)->impulse[k];
-
-            perp__contact_row(contact, i % 2, k, row);
-            perp__add3(world->next[body].velocity, -r * world->bodies[body].inverse_mass, row);
-            perp__add3(moment, -r, row + 3);
-        }
-        perp__apply_transposed3(seen, world->motions[body].rotation, moment);
-        perp__apply3(moment, world->bodies[body].inverse_inertia, seen);
-        perp__apply3(seen, world->motions[body].rotation, moment);
-        perp__add3(world->next[body].angular_velocity, 1.0, seen);
-    }
-}
-
-/* Impulses give less in one ratio 1 - t, all or those of friction, and where that is not enough
- * ways half of what velocities lose. With d what these make of velocities and g what forces do,
- * energy is less by t d'M (v - g/2) - t^2 d'M d/2. Returns what is left. */
-static double take_impulses(perp_world *world, const perp__island *island, double excess,
-                            int32_t friction)
-{
-    const perp__verdict *verdict = &perp__island_motion(world, island, 0)->verdict;
-    double frame[3], nothing[3] = {0.0}, slope, square, forced = 0.0, half, t, root;
-
-    /* 1. velocities without these impulses; d */
-    (void)perp__find_frame(world, island, frame);
-    slope = kinetic_beside(world, island, frame);
-    for (int32_t i = 0; i < island->bodies; i++) {
-        perp__motion *motion = perp__island_motion(world, island, i);
-        perp__state *next = &world->next[world->body_order[island->first_body + i]];
-
-        perp__copy3(motion->shift, next->velocity);
-        perp__copy3(motion->shift + 3, next->angular_velocity);
-        perp__copy3(next->velocity, friction ? motion->shift : motion->free);
-        perp__copy3(next->angular_velocity, (friction ? motion->shift : motion->free) + 3);
-    }
-    if (friction)
-        leave_friction(world, island);
-    slope -= kinetic_beside(world, island, frame);
-    for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
-        const perp__motion *motion = &world->motions[body];
-        perp__state *next = &world->next[body];
-
-        perp__subtract3(next->velocity, motion->shift, next->velocity);
-        perp__subtract3(next->angular_velocity, motion->shift + 3, next->angular_velocity);
-        forced +=
-            world->bodies[body].mass * (perp__dot3(next->velocity, motion->free) -
-                                        perp__dot3(next->velocity, world->states[body].velocity));
-    }
-    square = 2.0 * kinetic_beside(world, island, nothing);
-    slope += 0.5 * square;
-
-    /* 2. as much as there is of these impulses, and of energy by them */
-    half = slope > 0.0 && slope * slope >= 2.0 * square * excess ? 0.0 : 0.5;
-    slope -= half * forced;
-    root = sqrt(fmax(slope * slope - 2.0 * square * excess, 0.0));
-    t = slope > 0.0 ? fmin(fmin(2.0 * excess / (slope + root), slope / square), 1.0) : 0.0;
-
-    /* 3. velocities, ways, and what is told */
-    for (int32_t i = 0; i < island->bodies; i++) {
-        perp__motion *motion = perp__island_motion(world, island, i);
-        perp__state *next = &world->next[world->body_order[island->first_body + i]];
-
-        perp__add3(next->position, -half * world->step_length * t, next->velocity);
-        for (int32_t k = 0; k < 3; k++) {
-            next->velocity[k] = motion->shift[k] - t * next->velocity[k];
-            next->angular_velocity[k] = motion->shift[3 + k] - t * next->angular_velocity[k];
-        }
-    }
-    for (int32_t i = 0; i < 3 * island->contacts; i++)
-        if (!friction || i % 3 > 0)
-            perp__step_response(world, island, i / 3)->impulse[i % 3] *= 1.0 - t;
-    /* u + t (q - u) misses by t beside what drives it, and by no more than t d */
-    if (verdict->swept)
-        perp__raise_to(&world->scaled,
-                       verdict->residual + t * fmin(sqrt(square) / verdict->drive, 1.0));
-    return energy_given(world, island);
-}
-
-/* Energy that was given goes whence it came: from turns, and where contacts alone act from ways,
- * friction where slips turn round, all impulses, and all that turns. So momentum is that of the
- * impulses that are told. Returns what is left. */
-static double take_given(perp_world *world, const perp__island *island)
-{
-    double given = take_from_turns(world, island, 0);
-
-    if (given > 0.0 && island->joints == 0)
-        given = take_from_ways(world, island, given);
-    for (int32_t k = 1; k >= 0 && given > 0.0 && island->joints == 0; k--)
-        given = take_impulses(world, island, given, k);
-    return given > 0.0 && island->joints == 0 ? take_from_turns(world, island, 1) : given;
 }
 
 static void place_again(perp_world *world, const perp__island *island)
@@ -625,14 +434,14 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed)
     PERP__THEN(status, perp__build_islands(world, &world->contacts, 1));
     for (int32_t i = 0; i < world->island_count && status == PERP_OK; i++) {
         const perp__island *island = &world->islands[i];
-        double given = energy_given(world, island);
+        double given = perp__energy_given(world, island);
 
         for (int32_t k = 0; k < island->bodies; k++)
             perp__island_motion(world, island, k)->unspent = fmax(-given, 0.0) / island->bodies;
         if (!(given > 0.0))
             continue;
         *changed = 1;
-        given = take_given(world, island);
+        given = perp__take_given(world, island);
         if (given > 0.0 && keep_energy(world, island, given))
             (void)perp__island_errors(world, island);
         place_again(world, island);
