@@ -136,7 +136,7 @@ typedef struct motion_engine {
     void *object;
     void (*prepare)(void *object, int step);
     void (*step)(void *object);
-    void (*look)(void *object);
+    void (*look)(void *object, int begun); /* begun: not in the first tenth of the steps */
     double (*energy)(void *object);
 } motion_engine;
 
@@ -154,7 +154,7 @@ static inline void motion_play(const motion_scene *s, const char *setting, motio
         e->step(e->object);
         times[done] = processor_seconds() - start;
         sum += times[done++];
-        e->look(e->object);
+        e->look(e->object, 10 * done > s->steps);
     }
     if (done == 0)
         motion_end("no step");

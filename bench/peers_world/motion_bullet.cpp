@@ -1,7 +1,8 @@
-/* Bullet in the scenes in motion, as its manual says: a discrete world, one step of h, 10
- * iterations, no sleeping.
+/* Bullet in the scenes in motion, as its manual says: a discrete world, 10 iterations, no sleeping.
  *
- *   motion_bullet SCENE [SECONDS]
+ *   motion_bullet SCENE [SECONDS [SUBSTEPS]]
+ *
+ * A step is SUBSTEPS of its own, 1 by default: more make it more accurate than more iterations do.
  *
  * The overlap is that of its own contact points, about the margins that it gives to hulls; moved is
  * how far the farthest of all bodies has come. */
@@ -20,7 +21,8 @@ struct engine {
     btDiscreteDynamicsWorld world{&dispatcher, &broadphase, &solver, &configuration};
     std::vector<btRigidBody *> bodies;
     const motion_scene *scene;
-    double overlap = 0;
+    int substeps = 1, now = 0;
+    double h = 0, overlap = 0;
 };
 
 static btVector3 vector(const double *v)
@@ -76,34 +78,41 @@ static void add_joint(engine &e, const motion_joint &j, btRigidBody &ground)
     if (j.lower < j.upper)
         hinge->setLimit(j.lower, j.upper);
     if (j.force > 0)
-        hinge->enableAngularMotor(true, j.speed, j.force * e.scene->h);
+        hinge->enableAngularMotor(true, j.speed, j.force * e.h);
     e.world.addConstraint(hinge, true);
 }
 
 static void prepare(void *object, int step)
 {
-    engine *e = static_cast<engine *>(object);
-    for (int i = 0; i < e->scene->bodies; i++) {
-        if (!e->scene->body[i].driven)
+    static_cast<engine *>(object)->now = step;
+}
+
+static void move_driven(engine &e)
+{
+    for (int i = 0; i < e.scene->bodies; i++) {
+        if (!e.scene->body[i].driven)
             continue;
         double v[3];
-        motion_velocity(e->scene, &e->scene->body[i], step, v);
-        btTransform place = e->bodies[size_t(i)]->getWorldTransform();
-        place.setOrigin(place.getOrigin() + e->scene->h * vector(v));
-        e->bodies[size_t(i)]->setWorldTransform(place);
+        motion_velocity(e.scene, &e.scene->body[i], e.now, v);
+        btTransform place = e.bodies[size_t(i)]->getWorldTransform();
+        place.setOrigin(place.getOrigin() + e.h * vector(v));
+        e.bodies[size_t(i)]->setWorldTransform(place);
     }
 }
 
 static void step(void *object)
 {
     engine *e = static_cast<engine *>(object);
-    e->world.stepSimulation(e->scene->h, 0);
+    for (int k = 0; k < e->substeps; k++) {
+        move_driven(*e);
+        e->world.stepSimulation(e->h, 0);
+    }
 }
 
-static void look(void *object)
+static void look(void *object, int begun)
 {
     engine *e = static_cast<engine *>(object);
-    for (int i = 0; i < e->dispatcher.getNumManifolds(); i++) {
+    for (int i = 0; begun && i < e->dispatcher.getNumManifolds(); i++) {
         const btPersistentManifold *pair = e->dispatcher.getManifoldByIndexInternal(i);
         for (int k = 0; k < pair->getNumContacts(); k++)
             e->overlap = std::max(e->overlap, -pair->getContactPoint(k).getDistance());
@@ -142,13 +151,15 @@ int main(int argc, char **argv)
         return 0;
     }
     e.scene = &s;
+    e.substeps = argc > 3 ? atoi(argv[3]) : 1;
+    e.h = s.h / e.substeps;
     e.world.setGravity(vector(s.gravity));
     btRigidBody *ground = add_body(e, new btStaticPlaneShape(btVector3(0, 0, 1), 0), still);
     for (int i = 0; i < s.bodies; i++)
         e.bodies.push_back(add_body(e, shape_of(s.body[i]), s.body[i]));
     for (int i = 0; i < s.joints; i++)
         add_joint(e, s.joint[i], *ground);
-    motion_play(&s, "x1", &calls, argc > 2 ? atof(argv[2]) : 30);
+    motion_play(&s, "bullet", &calls, argc > 2 ? atof(argv[2]) : 30);
     double moved = 0;
     for (int i = 0; i < s.bodies; i++) {
         const btVector3 &end = e.bodies[size_t(i)]->getWorldTransform().getOrigin();
