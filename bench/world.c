@@ -151,7 +151,7 @@ static void play(const scene *s, int32_t accuracy, int32_t substeps, double seco
         destroy(&e);
     }
     create(&e, s, accuracy, substeps, 0);
-    scene_play(s, &e, step, read_state, record, seconds);
+    scene_play(s, &e, step, read_state, record, seconds, 1);
     check(&e, perp_world_stats_init(&stats, sizeof stats));
     check(&e, perp_world_get_stats(e.world, &stats));
     const double each = 1e3 / (double)stats.steps;

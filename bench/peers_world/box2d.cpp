@@ -77,7 +77,7 @@ int main(int argc, char **argv)
         box.SetAsBox(float(b.half[0]), float(b.half[1]));
         add(e, box, 4 * b.half[0] * b.half[1], b.mass, s.friction, b.position, b.velocity);
     }
-    scene_play(&s, &e, step, read_state, record, atof(argv[2]));
+    scene_play(&s, &e, step, read_state, record, atof(argv[2]), argc > 4 ? atoi(argv[4]) : 1);
     fclose(record);
     return 0;
 }

@@ -73,7 +73,7 @@ int main(int argc, char **argv)
         body->setLinearVelocity(btVector3(btScalar(v[0]), btScalar(v[1]), btScalar(v[2])));
         e.bodies.push_back(body);
     }
-    scene_play(&s, &e, step, read_state, record, atof(argv[2]));
+    scene_play(&s, &e, step, read_state, record, atof(argv[2]), argc > 4 ? atoi(argv[4]) : 1);
     fclose(record);
     return 0;
 }

@@ -21,7 +21,10 @@ using namespace JPH;
 struct layers final : BroadPhaseLayerInterface,
                       ObjectVsBroadPhaseLayerFilter,
                       ObjectLayerPairFilter {
-    uint GetNumBroadPhaseLayers() const override { return 2; }
+    uint GetNumBroadPhaseLayers() const override
+    {
+        return 2;
+    }
     BroadPhaseLayer GetBroadPhaseLayer(ObjectLayer layer) const override
     {
         return BroadPhaseLayer(BroadPhaseLayer::Type(layer));
@@ -30,7 +33,10 @@ struct layers final : BroadPhaseLayerInterface,
     {
         return a == 1 || b == BroadPhaseLayer(1);
     }
-    bool ShouldCollide(ObjectLayer a, ObjectLayer b) const override { return a == 1 || b == 1; }
+    bool ShouldCollide(ObjectLayer a, ObjectLayer b) const override
+    {
+        return a == 1 || b == 1;
+    }
 };
 
 struct engine {
@@ -119,7 +125,7 @@ int main(int argc, char **argv)
         e->bodies.push_back(id);
     }
     e->system.OptimizeBroadPhase();
-    scene_play(&s, e, step, read_state, record, atof(argv[2]));
+    scene_play(&s, e, step, read_state, record, atof(argv[2]), argc > 4 ? atoi(argv[4]) : 1);
     fclose(record);
     return 0;
 }

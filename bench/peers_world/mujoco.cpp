@@ -88,7 +88,7 @@ int main(int argc, char **argv)
         if (first_of(&e, i) >= 0)
             memcpy(e.data->qvel + model->jnt_dofadr[first_of(&e, i)], s.bodies[i].velocity,
                    3 * sizeof(double));
-    scene_play(&s, &e, step, read_state, record, atof(argv[2]));
+    scene_play(&s, &e, step, read_state, record, atof(argv[2]), argc > 4 ? atoi(argv[4]) : 1);
     fclose(record);
     return 0;
 }

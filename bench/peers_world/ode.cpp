@@ -95,7 +95,7 @@ int main(int argc, char **argv)
     dCreatePlane(e.space, 0, 0, 1, 0);
     for (int i = 0; i < s.count; i++)
         add(e, s.bodies[i]);
-    scene_play(&s, &e, step, read_state, record, atof(argv[2]));
+    scene_play(&s, &e, step, read_state, record, atof(argv[2]), argc > 4 ? atoi(argv[4]) : 1);
     fclose(record);
     return 0;
 }

@@ -122,10 +122,11 @@ static inline void scene_record(const scene *s, void *engine, scene_state state,
     }
 }
 
-/* Steps and records the scene, for about `seconds` of processor time at the most; prints what a
- * step took: 'time median mean steps', in milliseconds. */
+/* Steps and records the scene, each step in parts of the engine's own, for about `seconds` of
+ * processor time at the most; prints what a step took: 'time median mean steps', in milliseconds.
+ */
 static inline void scene_play(const scene *s, void *engine, scene_step step, scene_state state,
-                              FILE *record, double seconds)
+                              FILE *record, double seconds, int parts)
 {
     double *times = (double *)malloc((size_t)s->steps * sizeof *times);
     const double cost = clock_cost();
@@ -134,7 +135,8 @@ static inline void scene_play(const scene *s, void *engine, scene_step step, sce
     scene_record(s, engine, state, record);
     while (times && done < s->steps && (sum < seconds || done < 3)) {
         const double start = processor_seconds();
-        step(engine, s->h);
+        for (int k = 0; k < parts; k++)
+            step(engine, s->h / parts);
         times[done] = processor_seconds() - start - cost;
         sum += times[done++];
         scene_record(s, engine, state, record);
@@ -144,12 +146,13 @@ static inline void scene_play(const scene *s, void *engine, scene_step step, sce
     free(times);
 }
 
-/* The way every peer is called: ENGINE SUBSTEPS SECONDS RECORD < scene. */
+/* The way every peer is called: ENGINE TIMES SECONDS RECORD [PARTS] < scene; a step has TIMES its
+ * iterations, and is PARTS steps of the engine, 1 by default. */
 static inline FILE *scene_open(scene *s, int argc, char **argv)
 {
-    FILE *record = argc == 4 ? fopen(argv[3], "wb") : NULL;
+    FILE *record = argc == 4 || argc == 5 ? fopen(argv[3], "wb") : NULL;
     if (!record || !scene_read(s, stdin)) {
-        fprintf(stderr, "usage: %s SUBSTEPS SECONDS RECORD < scene\n", argv[0]);
+        fprintf(stderr, "usage: %s TIMES SECONDS RECORD [PARTS] < scene\n", argv[0]);
         exit(2);
     }
     return record;

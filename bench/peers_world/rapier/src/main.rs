@@ -69,6 +69,7 @@ fn main() {
         return;
     }
     let times: usize = arguments[1].parse().expect("substeps");
+    let parts: usize = arguments.get(4).map_or(1, |word| word.parse().expect("parts"));
     let seconds: f64 = arguments[2].parse().expect("seconds");
     let mut file = std::io::BufWriter::new(std::fs::File::create(&arguments[3]).expect("a record"));
     let (mut bodies, mut shapes) = (RigidBodySet::new(), ColliderSet::new());
@@ -77,7 +78,7 @@ fn main() {
     shapes.insert_with_parent(plane, ground, &mut bodies);
     let handles: Vec<RigidBodyHandle> =
         scene.bodies.iter().map(|body| add(body, scene.friction, &mut bodies, &mut shapes)).collect();
-    let mut parameters = IntegrationParameters { dt: scene.h as f32, ..Default::default() };
+    let mut parameters = IntegrationParameters { dt: (scene.h / parts as f64) as f32, ..Default::default() };
     parameters.num_solver_iterations =
         std::num::NonZeroUsize::new(times * parameters.num_solver_iterations.get()).expect("substeps");
     let gravity = vector![scene.gravity[0] as f32, scene.gravity[1] as f32, scene.gravity[2] as f32];
@@ -88,10 +89,12 @@ fn main() {
     record(&handles, &bodies, &mut file);
     while took.len() < scene.steps && (took.iter().sum::<f64>() < seconds || took.len() < 3) {
         let start = processor_seconds();
-        pipeline.step(
-            &gravity, &parameters, &mut islands, &mut broad, &mut narrow, &mut bodies, &mut shapes,
-            &mut impulse, &mut multibody, &mut ccd, None, &(), &(),
-        );
+        for _ in 0..parts {
+            pipeline.step(
+                &gravity, &parameters, &mut islands, &mut broad, &mut narrow, &mut bodies, &mut shapes,
+                &mut impulse, &mut multibody, &mut ccd, None, &(), &(),
+            );
+        }
         took.push(processor_seconds() - start);
         record(&handles, &bodies, &mut file);
     }
