@@ -214,20 +214,6 @@ void perp__contact_write_zeros(perp_contact_solver *solver, const int8_t *modes,
 
 /* ---- the best point so far ---- */
 
-/* Whether the point under evaluation takes the place of the best. */
-static int32_t is_better(const perp_contact_solver *solver, const perp__contact_candidate *point)
-{
-    const perp__contact_candidate *best = &solver->best;
-
-    if (best->method < 0)
-        return 1;
-    if (perp__is_good(point->outcome) != perp__is_good(best->outcome))
-        return perp__is_good(point->outcome);
-    if (point->worth.sound != best->worth.sound)
-        return point->worth.sound;
-    return point->worth.tested < best->worth.tested;
-}
-
 void perp__contact_keep(perp_contact_solver *solver, const perp__contact_candidate *point)
 {
     perp__contact_candidate *best = &solver->best;
@@ -248,13 +234,21 @@ perp_status perp__contact_consider(perp_contact_solver *solver, int32_t method, 
                                    perp__contact_worth *found)
 {
     perp__contact_candidate point = {.evidence = solver->evidence, .method = method};
+    const perp__contact_candidate *best = &solver->best;
     perp_status status = perp__contact_evaluate(solver, modes, &point.worth);
+    int32_t good, was_good;
 
     if (status != PERP_OK)
         return status;
     point.outcome = perp__contact_verdict(solver, &point, solver->said);
     *found = point.worth;
-    if (is_better(solver, &point))
+    /* it takes the place of the best: a good one, then a sound one, then the smaller residual */
+    good = perp__is_good(point.outcome);
+    was_good = perp__is_good(best->outcome);
+    if (best->method < 0 || good > was_good ||
+        (good == was_good && point.worth.sound > best->worth.sound) ||
+        (good == was_good && point.worth.sound == best->worth.sound &&
+         point.worth.tested < best->worth.tested))
         perp__contact_keep(solver, &point);
     return PERP_OK;
 }

@@ -30,16 +30,6 @@ static inline void visit(look *l, int32_t a, int32_t b, double coupling)
         l->leaks = 1;
 }
 
-/* W(i,j) = value: the quotients only where they may join something. */
-static inline void visit_entry(const perp_contact_solver *solver, look *l, int32_t i, int32_t j,
-                               double value)
-{
-    const int32_t a = solver->constraint_of[i], b = solver->constraint_of[j];
-
-    if (value != 0.0 && l->part[a] != l->part[b])
-        visit(l, a, b, fabs(value) / solver->root[a] / solver->root[b]);
-}
-
 static void visit_matrix(const perp_contact_solver *solver, look *l)
 {
     const int32_t is_symmetric = solver->entrance == PERP__ENTRANCE_DYNAMICS; /* as it was made */
@@ -48,8 +38,14 @@ static void visit_matrix(const perp_contact_solver *solver, look *l)
     for (int32_t j = 0; j < solver->size && l->parts > 1; j++) {
         const perp__line line = perp__line_of(&solver->W, j);
 
-        for (int32_t k = is_symmetric && !line.indices ? j + 1 : 0; k < line.count; k++)
-            visit_entry(solver, l, line.indices ? line.indices[k] : k, j, line.values[k]);
+        for (int32_t k = is_symmetric && !line.indices ? j + 1 : 0; k < line.count; k++) {
+            const int32_t a = solver->constraint_of[line.indices ? line.indices[k] : k];
+            const int32_t b = solver->constraint_of[j];
+
+            /* the quotients only where they may join something */
+            if (line.values[k] != 0.0 && l->part[a] != l->part[b])
+                visit(l, a, b, fabs(line.values[k]) / solver->root[a] / solver->root[b]);
+        }
     }
 }
 

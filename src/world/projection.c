@@ -84,23 +84,6 @@ static double reach_of(const perp_world *world, const perp__world_contact *conta
                 put ? 0.0 : perp__relative_displacement(&a, &b));
 }
 
-/* The most by which an island's overlaps open; 0: there are none. *most: how far a point may go. */
-static double longest_opening(const perp_world *world, const perp__island *island, double *most)
-{
-    double longest = 0.0;
-
-    *most = 0.0;
-    for (int32_t i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, i);
-
-        if (contact->gap < -contact->rounding) {
-            perp__raise_to(most, reach_of(world, contact));
-            perp__raise_to(&longest, fmin(-contact->gap, reach_of(world, contact)));
-        }
-    }
-    return longest;
-}
-
 /* The largest way of a mass centre, or of a point of contact with its body: what is thin may turn
  * far about its length without going anywhere. */
 static double longest_displacement(const perp_world *world, const perp__island *island)
@@ -123,32 +106,26 @@ static double longest_displacement(const perp_world *world, const perp__island *
     return largest;
 }
 
-/* What turns goes on to do so as its own frame sees it, with the energy that it had: a velocity
- * that stayed as it is would gain some, step by step, of a capsule that spins while it rolls.
- * Joints have made theirs for the axes that are. */
-static void turn_with_velocity(const perp_world *world, perp__state *state, const double *turn,
-                               int32_t jointed)
-{
-    double before[9], after[9], own[3];
-
-    perp__rotation_of(world, state, before);
-    perp__turn(world, state, 1.0, turn);
-    if (jointed || world->settings.planar || perp__is_zero3(turn) ||
-        perp__is_zero3(state->angular_velocity))
-        return;
-    perp__rotation_of(world, state, after);
-    perp__apply_transposed3(own, before, state->angular_velocity);
-    perp__apply3(state->angular_velocity, after, own);
-}
-
+/* Makes the shifts. What turns goes on to do so as its own frame sees it, with the energy that it
+ * had: a velocity that stayed as it is would gain some, step by step, of a capsule that spins while
+ * it rolls. Joints have made theirs for the axes that are. */
 static void apply(perp_world *world, const perp__island *island)
 {
     for (int32_t i = 0; i < island->bodies; i++) {
-        int32_t body = world->body_order[island->first_body + i];
+        const int32_t body = world->body_order[island->first_body + i];
         const double *shift = world->motions[body].shift;
+        perp__state *state = &world->next[body];
+        double before[9], after[9], own[3];
 
-        perp__add3(world->next[body].position, 1.0, shift);
-        turn_with_velocity(world, &world->next[body], shift + 3, island->joints > 0);
+        perp__rotation_of(world, state, before);
+        perp__add3(state->position, 1.0, shift);
+        perp__turn(world, state, 1.0, shift + 3);
+        if (island->joints > 0 || world->settings.planar || perp__is_zero3(shift + 3) ||
+            perp__is_zero3(state->angular_velocity))
+            continue;
+        perp__rotation_of(world, state, after);
+        perp__apply_transposed3(own, before, state->angular_velocity);
+        perp__apply3(state->angular_velocity, after, own);
     }
 }
 
@@ -294,10 +271,18 @@ perp_status perp__project_overlaps(perp_world *world, int32_t *changed)
     for (int32_t i = 0; i < world->island_count && status == PERP_OK; i++) {
         const perp__island *island = &world->islands[i];
         const double lack = perp__island_errors(world, island);
-        double most, longest = lack + longest_opening(world, island, &most);
+        double opening = 0.0, most = 0.0; /* of its overlaps; how far a point may go */
 
-        if (longest > 0.0)
-            status = project_island(world, island, longest, lack + most);
+        for (int32_t k = 0; k < island->contacts; k++) {
+            const perp__world_contact *contact = perp__step_contact(world, island, k);
+
+            if (contact->gap < -contact->rounding) {
+                perp__raise_to(&most, reach_of(world, contact));
+                perp__raise_to(&opening, fmin(-contact->gap, reach_of(world, contact)));
+            }
+        }
+        if (lack + opening > 0.0)
+            status = project_island(world, island, lack + opening, lack + most);
     }
     return status;
 }

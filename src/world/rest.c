@@ -37,27 +37,25 @@ static void count_nap(perp_world *world, const perp__nap *nap, int32_t times)
     all->rounded += times * nap->rounded;
 }
 
-static void end_nap(perp_world *world, int32_t i)
-{
-    perp__nap *nap = &world->naps[i];
-    int32_t next;
-
-    for (int32_t body = nap->first; body != NONE; body = next) {
-        next = world->bodies[body].next_member;
-        world->bodies[body].nap = NONE;
-        enlist(world, body);
-    }
-    count_nap(world, nap, -1);
-    world->residual_changed |= nap->residual >= world->asleep.residual;
-    nap->first = NONE;
-    nap->next_free = world->free_nap;
-    world->free_nap = i;
-}
-
 void perp__rouse(perp_world *world, int32_t body)
 {
-    if (world->bodies[body].nap != NONE)
-        end_nap(world, world->bodies[body].nap);
+    const int32_t i = world->bodies[body].nap;
+
+    if (i != NONE) { /* with all that fell asleep beside it */
+        perp__nap *nap = &world->naps[i];
+        int32_t next;
+
+        for (int32_t member = nap->first; member != NONE; member = next) {
+            next = world->bodies[member].next_member;
+            world->bodies[member].nap = NONE;
+            enlist(world, member);
+        }
+        count_nap(world, nap, -1);
+        world->residual_changed |= nap->residual >= world->asleep.residual;
+        nap->first = NONE;
+        nap->next_free = world->free_nap;
+        world->free_nap = i;
+    }
     enlist(world, body);
 }
 

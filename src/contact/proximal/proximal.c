@@ -169,11 +169,6 @@ static void run_part(perp__proximal *s, const perp__proximal_part *part,
     iterate->folds |= s->folds;
 }
 
-static perp_status reserve(void *work)
-{
-    return perp__proximal_read(work);
-}
-
 static perp_status solve(void *work, perp__contact_iterate *iterate, int32_t splits)
 {
     perp__proximal *s = work;
@@ -220,9 +215,15 @@ static void release(void *work)
     perp__fronts_release(&s->fronts);
 }
 
-const perp__contact_method perp__contact_proximal = {
-    PERP_CONTACT_METHOD_PROXIMAL, sizeof(perp__proximal), 2,       0,      check,
-    perp__proximal_layout,        solve_proximal,         release, reserve};
+const perp__contact_method perp__contact_proximal = {PERP_CONTACT_METHOD_PROXIMAL,
+                                                     sizeof(perp__proximal),
+                                                     2,
+                                                     0,
+                                                     check,
+                                                     perp__proximal_layout,
+                                                     solve_proximal,
+                                                     release,
+                                                     perp__proximal_read};
 
 const perp__contact_method perp__contact_admm = {.id = PERP_CONTACT_METHOD_ADMM,
                                                  .work_size = sizeof(perp__proximal),

@@ -94,7 +94,7 @@ typedef struct perp__proximal {
  * constraints are coupled at most. */
 int64_t perp__proximal_couplings(const perp__contact_problem *problem);
 void perp__proximal_layout(perp__arena *arena, void *work);
-perp_status perp__proximal_read(perp__proximal *s);
+perp_status perp__proximal_read(void *work);
 
 /* K of constraint k. */
 static inline double *perp__proximal_slope(const perp__proximal *s, int32_t k)

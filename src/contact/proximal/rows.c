@@ -469,8 +469,9 @@ static void read_graph(perp__proximal *s)
     s->graph_starts[s->blocks] = at;
 }
 
-perp_status perp__proximal_read(perp__proximal *s)
+perp_status perp__proximal_read(void *work)
 {
+    perp__proximal *s = work;
     const perp__contact_problem *problem = s->common.problem;
     perp_status status;
     int64_t at = 0;

@@ -54,17 +54,6 @@ void perp__sweep_layout(perp__arena *arena, void *object)
     perp__mixing_layout(arena, &work->mixing, size, y_size);
 }
 
-static void read_matrix(perp__sweep_work *work, const perp__matrix *W)
-{
-    const perp__matrix transposed = {
-        W->columns, W->rows, W->column_stride, W->row_stride, W->values, NULL, NULL};
-
-    if (W->column_starts)
-        perp__transpose_csc(W, work->entry_starts, work->columns, work->entries);
-    else
-        perp__matrix_spread(&transposed, work->entries, (size_t)work->size);
-}
-
 /* W_kk of a constraint, row-major. */
 static void read_diagonal(const perp__sweep_work *work, int32_t constraint, double *W)
 {
@@ -112,31 +101,36 @@ void perp__sweep_read(perp__sweep_work *work)
 {
     const perp__contact_problem *problem = work->common.problem;
     const perp__bodies *b = problem->bodies;
+    const perp__matrix *W = problem->W;
 
     memcpy(work->rows, problem->starts, ((size_t)problem->contacts + 1) * sizeof *work->rows);
     for (int32_t k = problem->contacts; k < work->constraints; k++)
         work->rows[k + 1] = work->rows[k] + 1;
-    if (!b)
-        read_matrix(work, problem->W);
-    else
+    if (b)
         memset(work->y, 0, (size_t)(b->blocks + 1) * (size_t)work->stride * sizeof *work->y);
+    else if (W->column_starts)
+        perp__transpose_csc(W, work->entry_starts, work->columns, work->entries);
+    else
+        perp__matrix_spread(&(perp__matrix){W->columns, W->rows, W->column_stride, W->row_stride,
+                                            W->values, NULL, NULL},
+                            work->entries, (size_t)work->size);
     for (int32_t k = 0; k < work->constraints; k++) {
         const int32_t contact = k < problem->contacts, rows = work->rows[k + 1] - work->rows[k];
         const int32_t both = contact ? perp__contact_two_sided(problem, k) : 0;
-        double W[PERP__ROWS_MOST * PERP__ROWS_MOST];
+        double own[PERP__ROWS_MOST * PERP__ROWS_MOST];
 
         /* 1. The local problem; of a contact that is solved by turns, its parts, too. */
-        read_diagonal(work, k, W);
-        perp__local_make(&work->local[k], contact && both == 0 ? problem->dims[k] : 1, W, rows,
+        read_diagonal(work, k, own);
+        perp__local_make(&work->local[k], contact && both == 0 ? problem->dims[k] : 1, own, rows,
                          contact ? problem->mu[k] : 0.0);
         if (contact && work->discs) {
             perp__contact_part parts[3];
             const int32_t count = perp__contact_parts(problem, k, parts);
 
-            memcpy(work->discs[k].W, W, (size_t)(rows * rows) * sizeof *W);
+            memcpy(work->discs[k].W, own, (size_t)(rows * rows) * sizeof *own);
             for (int32_t p = 1; p < count; p++)
                 perp__local_make_disc(&work->discs[k].part[p], parts[p].size,
-                                      W + (parts[p].row - work->rows[k]) * (rows + 1), rows);
+                                      own + (parts[p].row - work->rows[k]) * (rows + 1), rows);
             if (both > 0)
                 eliminate_normals(&work->discs[k], rows, both);
         }

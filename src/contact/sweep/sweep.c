@@ -58,33 +58,25 @@ static int32_t is_solved(perp__sweep_work *work, double change)
     return 0;
 }
 
-/* Begins at x, in the caller's frame. */
-static void begin_at(perp__sweep_work *work, const double *x)
-{
-    const perp__bodies *b = work->common.problem->bodies;
-
-    perp__sweep_import(work, x);
-    if (!b)
-        return;
-    perp__bodies_gather(b, x, work->y);
-    for (int32_t i = b->blocks;
-         i-- > 0 && work->stride > b->width;) { /* by width, then by stride */
-        double *block = work->y + (size_t)i * (size_t)work->stride;
-
-        memmove(block, work->y + (size_t)i * (size_t)b->width, (size_t)b->width * sizeof *block);
-        memset(block + b->width, 0, (size_t)(work->stride - b->width) * sizeof *block);
-    }
-}
-
 static void start(perp__sweep_work *work, perp__contact_iterate *iterate)
 {
     const perp__contact_problem *problem = work->common.problem;
+    const perp__bodies *b = problem->bodies;
     const size_t bytes = (size_t)work->size * sizeof *work->r;
 
     perp__sweep_read(work);
     if (!iterate->warm)
         memset(iterate->r, 0, bytes);
-    begin_at(work, iterate->r);
+    perp__sweep_import(work, iterate->r);
+    if (b)
+        perp__bodies_gather(b, iterate->r, work->y);
+    for (int32_t i = b && work->stride > b->width ? b->blocks : 0; i-- > 0;) {
+        /* by width, then by stride */
+        double *block = work->y + (size_t)i * (size_t)work->stride;
+
+        memmove(block, work->y + (size_t)i * (size_t)b->width, (size_t)b->width * sizeof *block);
+        memset(block + b->width, 0, (size_t)(work->stride - b->width) * sizeof *block);
+    }
     memcpy(work->best, work->r, bytes);
     perp__mixing_forget(&work->mixing, work->r);
     memset(work->modes, 0, (size_t)problem->contacts * sizeof *work->modes);

@@ -185,16 +185,6 @@ int32_t perp__begins_standing(const perp_world *world, const perp__island *islan
  * of its mass. */
 enum { FORCE = 0, MOMENT = 3, TERMS = 6, NUMBERS = 7 };
 
-/* Whether the contact may press as it did while nothing moves. Sweeps take out what is deep. */
-static int32_t obeys(const perp_world *world, const perp__world_contact *contact, const double *r,
-                     int32_t deep)
-{
-    const double most = contact->friction * r[0];
-
-    return r[0] >= 0.0 && r[1] * r[1] + r[2] * r[2] <= most * most &&
-           (r[0] == 0.0 || contact->gap <= perp__closed_gap(world, contact)) && !deep;
-}
-
 static void press(const perp_world *world, const perp__world_contact *contact, const double *r,
                   double *sums)
 {
@@ -247,22 +237,6 @@ void perp__find_force(const perp_world *world, const perp__carrying *carrying, i
     }
 }
 
-/* What is left of a body's forces beside the sizes of their terms: of its own, and of what presses
- * on its mass centre at least. */
-static double unbalance(const perp_world *world, const perp__carrying *carrying, int32_t body,
-                        const double *sum)
-{
-    const perp__motion *motion = &world->motions[body];
-    const double length = perp__body_length(world, body);
-    double force[6], left[6], own;
-
-    perp__find_force(world, carrying, body, world->step_length, motion->start, motion->free, force);
-    for (int32_t k = 0; k < 6; k++)
-        left[k] = force[k] + sum[k] / (k < 3 ? 1.0 : length);
-    own = perp__length2(perp__length3(left), perp__length3(left + 3));
-    return own > 0.0 ? own / (perp__length3(force) + perp__length3(force + 3) + sum[TERMS]) : 0.0;
-}
-
 static void lie(perp_world *world, const perp__island *island, const perp__carrying *carrying)
 {
     for (int32_t i = 0; i < island->bodies; i++) {
@@ -286,8 +260,9 @@ static void lie(perp_world *world, const perp__island *island, const perp__carry
     }
 }
 
-/* What the impulses of the last step leave of the forces of the island; INFINITY where they are
- * none of this step's. */
+/* What the impulses of the last step leave of the forces of a body beside the sizes of their terms:
+ * of its own, and of what presses on its mass centre at least; the most of all bodies. INFINITY
+ * where they are none of this step's. */
 static double last_unbalance(perp_world *world, const perp__island *island,
                              const perp__carrying *carrying, int32_t swept)
 {
@@ -298,15 +273,31 @@ static double last_unbalance(perp_world *world, const perp__island *island,
         const perp__world_contact *contact = perp__step_contact(world, island, i);
         const perp__tie *tie = perp__step_tie(world, island, i);
         perp__response *response = perp__step_response(world, island, i);
+        const double *r = response->remembered, most = contact->friction * r[0];
 
-        if (!obeys(world, contact, response->remembered, swept && tie->deep))
+        /* it may press as it did while nothing moves; sweeps take out what is deep */
+        if (!(r[0] >= 0.0 && r[1] * r[1] + r[2] * r[2] <= most * most) ||
+            (r[0] > 0.0 && !(contact->gap <= perp__closed_gap(world, contact))) ||
+            (swept && tie->deep))
             return INFINITY;
-        perp__copy3(response->next, response->remembered);
+        perp__copy3(response->next, r);
         press(world, contact, response->next, sums);
     }
-    for (int32_t i = 0; i < island->bodies && left <= PERP__BALANCED; i++)
-        perp__raise_to(&left, unbalance(world, carrying, world->body_order[island->first_body + i],
-                                        sums + NUMBERS * i));
+    for (int32_t i = 0; i < island->bodies && left <= PERP__BALANCED; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
+        const perp__motion *motion = &world->motions[body];
+        const double length = perp__body_length(world, body), *sum = sums + NUMBERS * i;
+        double force[6], rest[6], own;
+
+        perp__find_force(world, carrying, body, world->step_length, motion->start, motion->free,
+                         force);
+        for (int32_t k = 0; k < 6; k++)
+            rest[k] = force[k] + sum[k] / (k < 3 ? 1.0 : length);
+        own = perp__length2(perp__length3(rest), perp__length3(rest + 3));
+        if (own > 0.0)
+            perp__raise_to(&left,
+                           own / (perp__length3(force) + perp__length3(force + 3) + sum[TERMS]));
+    }
     return left;
 }
 

@@ -18,18 +18,6 @@ double perp__exact_tol(const perp_world *world)
     return world->settings.tol > 0.0 ? world->settings.tol : EXACT_TOL;
 }
 
-/* Whether theory promises a solution (docs/world.md): always without restitution and for one that
- * is the same everywhere, unless something that nothing stops closes on a body. */
-static int32_t is_solvable(const perp_world *world, const perp__island *island, int32_t bounces)
-{
-    int32_t is_one = world->work.carriers == 0;
-
-    for (int32_t i = 1; i < island->contacts && bounces; i++)
-        is_one &= perp__step_contact(world, island, i)->restitution ==
-                  perp__step_contact(world, island, 0)->restitution;
-    return is_one;
-}
-
 /* The word for the answer at tol. */
 static void say_outcome(perp__rigid_answer *answer, double tol)
 {
@@ -146,9 +134,8 @@ static perp_status hold(perp_world *world, const perp__island *island, perp__rig
 /* By the methods of the contact layer, each for what it takes at accuracy `exact`, where few
  * contacts get all, last resorts as well; else as long as it is quick: at `exact` in vain once a
  * step, as what comes later only adds. */
-static perp_status solve_by(perp_world *world, const perp__island *island,
-                            perp__rigid_answer *answer, perp__rigid_problem *problem,
-                            int32_t *in_vain)
+static perp_status solve(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
+                         perp__rigid_problem *problem, int32_t *in_vain)
 {
     const int32_t limit = problem->max_iterations;
     const int32_t is_exact = world->settings.accuracy == PERP_ACCURACY_EXACT;
@@ -171,16 +158,7 @@ static perp_status solve_by(perp_world *world, const perp__island *island,
     if (answer->outcome == PERP_OUTCOME_ITERATION_LIMIT && limit == 0 && is_exact)
         answer->outcome = PERP_OUTCOME_STALLED; /* nobody asked for that limit */
     *in_vain |= thorough && !perp__is_good(answer->outcome);
-    return status;
-}
-
-static perp_status solve(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
-                         perp__rigid_problem *problem, int32_t *in_vain)
-{
-    perp_status status = solve_by(world, island, answer, problem, in_vain);
-
-    if (status == PERP_OK && !perp__is_good(answer->outcome) &&
-        world->settings.accuracy != PERP_ACCURACY_EXACT)
+    if (status == PERP_OK && !perp__is_good(answer->outcome) && !is_exact)
         say_outcome(answer, perp__swept_tol(world));
     if (status == PERP_OK && perp__is_good(answer->outcome))
         status = hold(world, island, answer, problem);
@@ -198,7 +176,7 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
     perp__rigid_problem problem;
     perp__rigid_answer answer;
     perp_status status = PERP_OK;
-    int32_t found = 0;
+    int32_t found = 0, is_solvable = work->carriers == 0;
 
     verdict->stands = 0;
     if (!bounces)
@@ -222,8 +200,14 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
         return status;
     memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
     perp__spend(world, answer.iterations);
-    if (answer.outcome == PERP_OUTCOME_RAY && is_solvable(world, island, bounces))
-        answer.outcome = PERP_OUTCOME_STALLED; /* of the method, not of the scene */
+    /* Theory promises a solution (docs/world.md) without restitution and for one that is the same
+     * everywhere, unless something that nothing stops closes on a body: then a ray is of the
+     * method, not of the scene. */
+    for (int32_t i = 1; i < island->contacts && bounces; i++)
+        is_solvable &= perp__step_contact(world, island, i)->restitution ==
+                       perp__step_contact(world, island, 0)->restitution;
+    if (answer.outcome == PERP_OUTCOME_RAY && is_solvable)
+        answer.outcome = PERP_OUTCOME_STALLED;
     verdict->outcome = perp__worse_outcome(verdict->outcome, answer.outcome);
     perp__raise_to(&verdict->residual, answer.tested);
     return PERP_OK;

@@ -56,7 +56,6 @@ enum { PERP__BATCH_ISLANDS = 16, PERP__BATCH_CONTACTS = 127 };
 /* An island between its rows and what the sweeps make of it. */
 typedef struct perp__sweeping {
     int32_t carried; /* it begins with what carries it, or nearly so */
-    perp__carrying carrying;
     perp__rigid_problem problem;
     perp__rigid_answer answer;
     perp__passes step;

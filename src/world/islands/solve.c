@@ -245,23 +245,31 @@ perp_status perp__end_solving(perp_world *world, double h, perp_status status, i
     return own;
 }
 
-/* All of them, on the caller's thread. */
-static perp_status solve_in_turn(perp_world *world, double h, int32_t *last)
+/* Solves the islands to which contacts came. Stops at a ray. */
+static perp_status solve_changed(perp_world *world, double h, perp__solve_summary *summary)
 {
-    perp_status status = PERP_OK;
+    int32_t last = -1;
+    perp_status status = perp__build_islands(world, &world->contacts, 0);
 
-    *last = -1;
-    world->budget.contacts = 0;
-    for (int32_t i = 0; i < world->island_count; i++)
-        world->budget.contacts += world->islands[i].contacts + world->islands[i].joints;
-    for (int32_t i = 0; i < world->island_count && *last < 0; i++)
-        status = perp__solve_one(world, i, h, last);
-    return perp__end_solving(world, h, status, last);
-}
-
-/* The last word on each island. */
-static void summarise(const perp_world *world, perp__solve_summary *summary)
-{
+    PERP__THEN(status, perp__fit_island_work(world));
+    if (world->batch)
+        PERP__THEN(status, perp__fit_batch(world));
+    if (status != PERP_OK)
+        return status;
+    /* 1. Side by side, or all of them on the caller's thread. */
+    if (world->lane_count > 0 && perp__shares_islands(world)) {
+        status = perp__solve_in_lanes(world, h, &last);
+    } else {
+        world->budget.contacts = 0;
+        for (int32_t i = 0; i < world->island_count; i++)
+            world->budget.contacts += world->islands[i].contacts + world->islands[i].joints;
+        for (int32_t i = 0; i < world->island_count && last < 0; i++)
+            status = perp__solve_one(world, i, h, &last);
+        status = perp__end_solving(world, h, status, &last);
+    }
+    if (status != PERP_OK)
+        return status;
+    /* 2. The last word on each island. */
     memset(summary, 0, sizeof *summary);
     for (int32_t i = 0; i < world->island_count; i++) {
         const perp__verdict *verdict = &perp__island_motion(world, &world->islands[i], 0)->verdict;
@@ -274,24 +282,7 @@ static void summarise(const perp_world *world, perp__solve_summary *summary)
         summary->endless += verdict->endless;
         summary->sketched += verdict->sketched;
     }
-}
-
-/* Solves the islands to which contacts came. Stops at a ray. */
-static perp_status solve_changed(perp_world *world, double h, perp__solve_summary *summary)
-{
-    int32_t last = -1;
-    perp_status status = perp__build_islands(world, &world->contacts, 0);
-
-    PERP__THEN(status, perp__fit_island_work(world));
-    if (world->batch)
-        PERP__THEN(status, perp__fit_batch(world));
-    if (status == PERP_OK)
-        status = world->lane_count > 0 && perp__shares_islands(world)
-                     ? perp__solve_in_lanes(world, h, &last)
-                     : solve_in_turn(world, h, &last);
-    if (status == PERP_OK)
-        summarise(world, summary);
-    if (status == PERP_OK && last >= 0) {
+    if (last >= 0) {
         summary->outcome = PERP_OUTCOME_RAY;
         summary->residual = perp__island_motion(world, &world->islands[last], 0)->verdict.residual;
     }

@@ -59,26 +59,20 @@ int32_t perp__is_few(const perp_world *world, const perp__island *island, int32_
     return island->contacts + 2 * island->joints <= most * (world->settings.planar ? 4 : 1);
 }
 
-/* Whether sweeps serve for a few bodies as well: where they are cheaper beside others (lanes.h),
- * and no impact has an instant to be found. */
-static int32_t sweeps_few(const perp_world *world, const perp__island *island)
-{
-    int32_t suits = perp__level_of(world)->sweeps_few && island->bodies > 1 && island->joints == 0;
-
-    for (int32_t i = 0; i < island->contacts && suits; i++)
-        suits = perp__step_contact(world, island, i)->restitution == 0.0;
-    return suits;
-}
-
 int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island)
 {
     const perp_world_settings *settings = &world->settings;
+    int32_t swept = perp__level_of(world)->sweeps_few && island->bodies > 1 && island->joints == 0;
 
+    /* sweeps serve for a few bodies as well where they are cheaper beside others (lanes.h), and no
+     * impact has an instant to be found */
+    for (int32_t i = 0; i < island->contacts && swept; i++)
+        swept = perp__step_contact(world, island, i)->restitution == 0.0;
     return (settings->accuracy == PERP_ACCURACY_EXACT && !world->sketches &&
             !perp__is_time_over(world)) ||
            (settings->cone != 0 && !settings->planar) || island->contacts == 0 ||
            ((island->bodies <= FEW_BODIES || perp__is_few(world, island, PERP__FEW_CONTACTS)) &&
-            !sweeps_few(world, island)) ||
+            !swept) ||
            (island->joints == 0 && mass_ratio(world, island, 1) >= LARGE_RATIO);
 }
 
@@ -178,23 +172,6 @@ static int32_t has_deep(const perp_world *world, const perp__island *island)
     return 0;
 }
 
-/* Whether the step moves its bodies by less than the rounding of where their points are. */
-static int32_t goes_nowhere(const perp_world *world, const perp__island *island, double h)
-{
-    const perp__island_work *work = &world->work;
-
-    for (int32_t i = 0; i < island->bodies; i++) {
-        const double radius = world->bodies[work->members[i]].radius;
-        double twist[6];
-
-        perp__twist_of(world, work->moving + world->dof * i, twist);
-        if (!(h * (perp__length3(twist) + radius * perp__length3(twist + 3)) <=
-              DBL_EPSILON * radius))
-            return 0;
-    }
-    return 1;
-}
-
 void perp__pose_sweep(perp_world *world, const perp__island *island, double h,
                       perp__sweeping *sweeping)
 {
@@ -274,66 +251,45 @@ perp_status perp__begin_sweep(perp_world *world, const perp__island *island, dou
                               perp__verdict *verdict, perp__sweeping *sweeping)
 {
     perp__island_work *work = &world->work;
-    perp__carrying *carrying = &sweeping->carrying;
+    perp__carrying carrying;
     perp_status status = PERP_OK;
 
     perp__gather_bodies(world, island);
     work->gone = 0.0;
     perp__find_limits(world, island, h);
     perp__receive(world, &sweeping->answer);
-    sweeping->carried = perp__begins_standing(world, island, 0, carrying) ||
-                        perp__begins_standing(world, island, 1, carrying);
+    sweeping->carried = perp__begins_standing(world, island, 0, &carrying) ||
+                        perp__begins_standing(world, island, 1, &carrying);
     if (!sweeping->carried || has_deep(world, island))
         return PERP_OK;
     for (int32_t i = 0; i < island->bodies; i++)
-        perp__carried_twist(world, carrying, work->members[i], h,
+        perp__carried_twist(world, &carrying, work->members[i], h,
                             perp__island_motion(world, island, i)->trial);
     pose_rows(world, island, h);
     perp__close_gaps(world, island, h);
-    status = perp__stand(world, island, carrying, verdict);
+    status = perp__stand(world, island, &carrying, verdict);
     if (!verdict->stands && island->joints > 0)
         perp__begin_joints(world, island, h, 0);
-    return status;
-}
-
-/* Impacts, and what came so near to rest. */
-static perp_status follow_sweep(perp_world *world, const perp__island *island,
-                                perp__verdict *verdict, perp__sweeping *sweeping)
-{
-    const perp__rigid_problem *problem = &sweeping->problem;
-    perp__rigid_answer *answer = &sweeping->answer;
-    perp_status status = PERP_OK;
-
-    verdict->settles = sweeping->carried;
-    if (has_impacts(world, island)) {
-        verdict->impacts = 1;
-        status = bounce(world, island, answer, problem, &sweeping->step);
-    }
-    verdict->residual = answer->tested;
-    verdict->drive = answer->drive;
-    verdict->outcome = answer->tested <= problem->tol ? PERP_OUTCOME_SOLVED
-                       : perp__is_time_over(world)    ? PERP_OUTCOME_TIME_LIMIT
-                                                      : PERP_OUTCOME_ITERATION_LIMIT;
     return status;
 }
 
 perp_status perp__end_sweep(perp_world *world, const perp__island *island, double h,
                             perp__verdict *verdict, perp__sweeping *sweeping)
 {
-    const int32_t stood = verdict->stands;
-    perp_status status = stood ? PERP_OK : follow_sweep(world, island, verdict, sweeping);
+    const perp__rigid_problem *problem = &sweeping->problem;
+    perp__rigid_answer *answer = &sweeping->answer;
+    perp_status status = PERP_OK;
 
-    if (status == PERP_OK && !stood && sweeping->carried && goes_nowhere(world, island, h)) {
-        if (island->joints == 0) /* overlap that no energy is left for stays */
-            status = perp__lie_still(world, island, 0, verdict);
-        verdict->swept = 1; /* and no projection lifts it either */
-        if (status != PERP_OK || verdict->stands)
-            return status;
-        if (island->joints == 0) /* what moves as it is told has its numbers among others */
-            perp__gather_bodies(world, island);
-        pose_rows(world, island, h);
-        perp__close_gaps(world, island, h);
-        status = perp__stand(world, island, &sweeping->carrying, verdict);
+    if (!verdict->stands) {
+        verdict->settles = sweeping->carried; /* so near to rest */
+        verdict->impacts = has_impacts(world, island);
+        if (verdict->impacts)
+            status = bounce(world, island, answer, problem, &sweeping->step);
+        verdict->residual = answer->tested;
+        verdict->drive = answer->drive;
+        verdict->outcome = answer->tested <= problem->tol ? PERP_OUTCOME_SOLVED
+                           : perp__is_time_over(world)    ? PERP_OUTCOME_TIME_LIMIT
+                                                          : PERP_OUTCOME_ITERATION_LIMIT;
     }
     if (status == PERP_OK)
         finish(world, island, h, verdict);

@@ -118,19 +118,6 @@ static void add_equations(perp_world *world, const perp__island *island, perp__j
     }
 }
 
-/* A motor of any force, or friction; what a lock holds needs no motor, and takes no friction. */
-static void add_drive(perp_world *world, const perp__island *island, perp__joint *joint)
-{
-    const perp__joint_state *state = perp__state_of(world, joint);
-
-    if (perp__is_locked(state) || !perp__has_direction(&joint->middle))
-        return;
-    if (state->force == INFINITY)
-        add_bounded(world, island, joint, PERP__SLOT_MOTOR, state->speed, INFINITY);
-    else if (state->friction == INFINITY)
-        add_bounded(world, island, joint, PERP__SLOT_FRICTION, 0.0, INFINITY);
-}
-
 int32_t perp__join_parts(const perp_world *world, const perp__island *island)
 {
     int32_t *parents = world->work.parts, ground = -1, loops = 0;
@@ -214,11 +201,19 @@ void perp__add_joint_rows(perp_world *world, const perp__island *island)
             add_bounded(world, island, joint, PERP__SLOT_FRICTION, 0.0, state->friction);
     }
 
-    /* 2. equations */
+    /* 2. equations; a motor of any force, or friction: what a lock holds needs and takes none */
     work->inequalities = work->units;
     for (int32_t i = 0; i < island->joints; i++) {
-        add_equations(world, island, perp__island_joint(world, island, i));
-        add_drive(world, island, perp__island_joint(world, island, i));
+        perp__joint *joint = perp__island_joint(world, island, i);
+        const perp__joint_state *state = perp__state_of(world, joint);
+
+        add_equations(world, island, joint);
+        if (perp__is_locked(state) || !perp__has_direction(&joint->middle))
+            continue;
+        if (state->force == INFINITY)
+            add_bounded(world, island, joint, PERP__SLOT_MOTOR, state->speed, INFINITY);
+        else if (state->friction == INFINITY)
+            add_bounded(world, island, joint, PERP__SLOT_FRICTION, 0.0, INFINITY);
     }
 }
 
@@ -246,11 +241,6 @@ void perp__time_joints(perp_world *world, double t)
 }
 
 /* ---- what came out ---- */
-
-static double within(double x, double most)
-{
-    return fmin(fmax(x, -most), most);
-}
 
 /* Moments are about the anchor, and turned from where bodies end, as rows have them, to the mean of
  * the way there. */
@@ -284,8 +274,8 @@ void perp__add_joint_impulses(perp_world *world, const double *impulse, double s
         for (int32_t k = 0; k < unit->dim - is_bounded; k++) {
             double *sum = &joint->impulse[unit->slot + k];
 
-            *sum = within(*sum + share * r[k], most);
-            joint->next_warm[unit->slot + k] = within(r[k], most);
+            *sum = fmin(fmax(*sum + share * r[k], -most), most);
+            joint->next_warm[unit->slot + k] = fmin(fmax(r[k], -most), most);
             perp__tell_impulse(joint, &joint->middle, unit->slot + k, share * r[k]);
         }
     }

@@ -438,19 +438,6 @@ void perp__stop_trial(perp_world *world, const perp__island *island)
         memset(perp__island_motion(world, island, i)->trial, 0, 6 * sizeof(double));
 }
 
-/* What all bodies of an island that nothing holds take up in this round: it changes no row. */
-static void find_common(const perp_world *world, const perp__island *island, double *common)
-{
-    const perp__motion *first = perp__island_motion(world, island, 0);
-    int32_t flies = perp__swings(world, island);
-
-    for (int32_t k = 0; k < 2 * island->joints && flies; k++)
-        flies = perp__is_dynamic(world, perp__island_joint(world, island, k / 2)->body[k % 2]);
-    memset(common, 0, 6 * sizeof *common);
-    for (int32_t k = 0; k < world->dof / 3 + 1 && flies; k++)
-        common[k] = world->work.moving[k] - first->trial[k];
-}
-
 /* y -= c x of n numbers, the first m of which y then has none of along x. */
 static void leave_out(double *y, const double *x, int32_t m, int32_t n)
 {
@@ -497,9 +484,14 @@ static void measure_change(const perp_world *world, const perp__island *island, 
 {
     const perp__island_work *work = &world->work;
     double *missed = work->tried + (size_t)PERP__TRIED * (size_t)(rounds->done * island->bodies);
-    double *found = missed + 6 * island->bodies, common[6];
+    double *found = missed + 6 * island->bodies, common[6] = {0.0};
+    int32_t flies = perp__swings(world, island);
 
-    find_common(world, island, common);
+    /* what all bodies of an island that nothing holds take up in this round changes no row */
+    for (int32_t k = 0; k < 2 * island->joints && flies; k++)
+        flies = perp__is_dynamic(world, perp__island_joint(world, island, k / 2)->body[k % 2]);
+    for (int32_t k = 0; k < world->dof / 3 + 1 && flies; k++)
+        common[k] = work->moving[k] - perp__island_motion(world, island, 0)->trial[k];
     rounds->change = rounds->swerve = 0.0;
     for (int32_t i = 0; i < island->bodies; i++, missed += 6, found += 12) {
         perp__motion *motion = perp__island_motion(world, island, i);
