@@ -6,7 +6,8 @@
 #include "base/outcome.h"
 #include "contact/coloured/coloured.h"
 
-/* A row between two bounds: its distance from the impulse that its velocity asks for. */
+/* A row between two bounds, whose normal moves nothing: its distance from the impulse that its
+ * velocity asks for. */
 static void measure_bounded(const perp__lane_point *p, int32_t l, perp__lane_measure *found)
 {
     const double t = found->trace[l], most = p->mu[l] * p->r[0][l], r = p->r[1][l];
@@ -70,7 +71,7 @@ static int32_t measure_group(const perp__coloured *c, int32_t g, double share)
 
             if (k < 0 || part->ended || is_over(part))
                 continue;
-            if (part->problem->rows[k].bounded)
+            if (p->inverse_normal[l] == 0.0 && part->problem->rows[k].bounded)
                 measure_bounded(p, l, &found);
             if (guard > 0.0 && fmax(-p->gap[l], 0.0) + way > part->step->deep * guard)
                 perp__raise_to(&part->sinks, way / guard);

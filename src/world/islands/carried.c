@@ -37,7 +37,7 @@ int32_t perp__find_carrying(const perp_world *world, const perp__island *island,
     for (int32_t k = 0; k < ties && carrying->body < 0; k++) {
         const int32_t body = perp__tied_body(world, island, k);
 
-        if (perp__is_dynamic(world, body) || is_moving(world, body) < moving)
+        if (world->roles[body].dynamic || is_moving(world, body) < moving)
             continue;
         carrying->motion = is_moving(world, body) ? PERP__CARRIED_ALONG : PERP__CARRIED_AT_REST;
         carrying->body = body;
@@ -45,7 +45,7 @@ int32_t perp__find_carrying(const perp_world *world, const perp__island *island,
     for (int32_t k = 0; k < ties && carrying->body >= 0 && !carrying->parts; k++) {
         const int32_t body = perp__tied_body(world, island, k);
 
-        carrying->parts = body != carrying->body && !perp__is_dynamic(world, body) &&
+        carrying->parts = body != carrying->body && !world->roles[body].dynamic &&
                           !perp__moves_with(world, carrying, body);
     }
     return moving ? carrying->body >= 0 : !carrying->parts;

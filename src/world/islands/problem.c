@@ -129,7 +129,7 @@ int32_t perp__number_of(perp_world *world, const perp__island *island, int32_t b
     perp__motion *motion = &world->motions[body];
     perp__island_work *work = &world->work;
 
-    if (perp__is_dynamic(world, body))
+    if (world->roles[body].dynamic)
         return world->roles[body].local;
     if (world->bodies[body].kind == PERP_BODY_STATIC ||
         (perp__is_zero3(motion->start) && perp__is_zero3(motion->start + 3)))
@@ -167,9 +167,12 @@ void perp__gather_bodies(perp_world *world, const perp__island *island)
         perp__copy3(work->origins + 3 * i, world->states[body].position);
     }
     work->carriers = 0;
-    for (int32_t k = 0; k < ties; k++)
-        if (world->bodies[perp__tied_body(world, island, k)].kind == PERP_BODY_KINEMATIC)
-            world->motions[perp__tied_body(world, island, k)].carrier = -1;
+    for (int32_t k = 0; k < ties; k++) {
+        const int32_t body = perp__tied_body(world, island, k);
+
+        if (!world->roles[body].dynamic && world->bodies[body].kind == PERP_BODY_KINEMATIC)
+            world->motions[body].carrier = -1;
+    }
     if (island->joints > 0)
         (void)perp__join_parts(world, island);
     perp__clear_joints(world, island);

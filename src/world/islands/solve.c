@@ -120,7 +120,7 @@ static perp_status solve_island(perp_world *world, int32_t number, double h, per
         status = perp__lie_still(world, island, !exact, verdict);
         if (status != PERP_OK || verdict->stands)
             return status;
-        if (!perp__begins_standing(world, island, 0, &carrying) && !closes(world, island, h)) {
+        if (!closes(world, island, h) && !perp__begins_standing(world, island, 0, &carrying)) {
             leave_alone(world, island);
             return PERP_OK;
         }
@@ -142,30 +142,25 @@ static perp_status solve_island(perp_world *world, int32_t number, double h, per
 /* Whether a body turns so far about a point that presses on it, its radius aside, that the point
  * goes elsewhere along the normal than its rate says, h^2/2 n.(w x (w x r)), by more than the half
  * widths of both shapes: then it can be beyond the other one. Joints have perp__is_rough(). */
-static int32_t turns_far(const perp_world *world, const perp__island *island, double h)
+static int32_t turns_far(const perp_world *world, int32_t i, double h)
 {
+    const perp__world_contact *contact = &world->contacts.contacts[i];
+    const perp__shape *a = &world->shapes[contact->shape_a];
+    const perp__shape *b = &world->shapes[contact->shape_b];
     int32_t far = 0;
 
-    for (int32_t i = 0; i < island->contacts && !far; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, i);
-        const perp__shape *a = &world->shapes[contact->shape_a];
-        const perp__shape *b = &world->shapes[contact->shape_b];
+    for (int32_t side = 0; side < 2; side++) {
+        const int32_t body = side == 0 ? contact->body_a : contact->body_b;
+        const double *w = world->motions[body].after + 3;
+        double arm[3], rate[3], bend[3];
 
-        for (int32_t side = 0; side < 2; side++) {
-            const int32_t body = side == 0 ? contact->body_a : contact->body_b;
-            const double *w = world->motions[body].after + 3;
-            double arm[3], rate[3], bend[3];
-
-            if (!perp__is_dynamic(world, body) ||
-                !(perp__step_response(world, island, i)->impulse[0] > 0.0))
-                continue;
-            perp__copy3(arm, contact->arms[side]);
-            perp__add3(arm, side == 0 ? -a->geometry.radius : b->geometry.radius, contact->axes[0]);
-            perp__cross(rate, w, arm);
-            perp__cross(bend, w, rate);
-            far |= 0.5 * h * h * fabs(perp__dot3(contact->axes[0], bend)) >
-                   a->thickness + b->thickness;
-        }
+        if (!world->roles[body].dynamic)
+            continue;
+        perp__copy3(arm, contact->arms[side]);
+        perp__add3(arm, side == 0 ? -a->geometry.radius : b->geometry.radius, contact->axes[0]);
+        perp__cross(rate, w, arm);
+        perp__cross(bend, w, rate);
+        far |= 0.5 * h * h * fabs(perp__dot3(contact->axes[0], bend)) > a->thickness + b->thickness;
     }
     return far;
 }
@@ -178,12 +173,13 @@ void perp__conclude_one(perp_world *world, int32_t number, double h, perp__verdi
 
     if (verdict->stands && verdict->rides && verdict->impacts == 0)
         perp__ride(world, island, h);
-    verdict->rough |= island->joints == 0 && turns_far(world, island, h);
     verdict->endless = 0;
     for (int32_t k = 0; k < island->contacts; k++) {
         const int32_t at = world->contact_order[island->first_contact + k];
 
         world->contacts.ties[at].fresh = 0;
+        if (island->joints == 0 && world->contacts.responses[at].impulse[0] > 0.0)
+            verdict->rough |= turns_far(world, at, h);
         if (!verdict->stands)
             memset(world->contacts.responses[at].base, 0, 3 * sizeof(double));
         if (!verdict->stands || !world->contacts.ties[at].repeats) /* else it was looked at */

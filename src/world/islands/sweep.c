@@ -84,7 +84,7 @@ static int32_t has_impacts(const perp_world *world, const perp__island *island)
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
-        if (world->work.impulse[3 * i] > 0.0 &&
+        if (contact->restitution > 0.0 && world->work.impulse[3 * i] > 0.0 &&
             perp__is_hit(contact->restitution, contact->start,
                          perp__forced_speed(world, island, i, lies)))
             return 1;
