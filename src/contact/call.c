@@ -48,7 +48,7 @@ static perp_status check_method(perp_context *context, const perp_contact_settin
 static const perp__field fields[] = {
     PERP__INTEGER(perp_contact_settings, method, 0, PERP_CONTACT_METHOD_PROXIMAL),
     PERP__INTEGER(perp_contact_settings, max_iterations, 0, INFINITY),
-    PERP__INTEGER(perp_contact_settings, raw_velocity, 0, 1),
+    PERP__INTEGER(perp_contact_settings, raw_velocity, 0, 2),
     PERP__REAL(perp_contact_settings, tol, "()", 0, INFINITY),
     PERP__REAL(perp_contact_settings, time_limit, "[]", 0, INFINITY),
 };

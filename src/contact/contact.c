@@ -531,7 +531,7 @@ perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact
                         : perp__contact_find(solver, &given, deadline);
     if (status == PERP_OK && (call->v || call->u))
         status = perp__contact_rest(solver);
-    if (status == PERP_OK && !solver->rests && !solver->settings.raw_velocity &&
+    if (status == PERP_OK && !solver->rests && solver->settings.raw_velocity != 1 &&
         (call->v || call->u))
         status = perp__contact_hold_best(solver);
     if (status == PERP_OK)
