@@ -7,9 +7,10 @@
 /* Exchanges are applied to a column a group at a time. */
 enum { GROUP = PERP__GROUP };
 
-/* Exchanges kept. Where the path is no longer than that, T is never updated; beyond, a delay means
+/* Exchanges kept: twice as many as rows where U then has no more than so many entries, which caches
+ * hold. Most paths are no longer than that, and T is never updated; on larger tableaus a delay means
  * longer sums for each column and fewer passes over T (bench/lcp_dense). */
-enum { LONGEST_DELAY = 128, DELAY = 64, LONG_DELAY_TO = 256 };
+enum { MOST_ENTRIES = 1 << 18, DELAY = 64 };
 
 /* Small tableaus keep ties and zeros of exact data by plain arithmetic; from this size on the fused
  * kernels' speed counts. */
@@ -43,9 +44,7 @@ void perp__tableau_layout(perp__arena *arena, perp__tableau *t, int32_t rows, in
     /* an odd number of panels, so that the columns of a tile don't meet in the same cache lines */
     const size_t ld = (panels_of(rows) | 1) * PERP__PANEL;
     const size_t width = ((size_t)columns + PERP__TILE - 1) / PERP__TILE * PERP__TILE;
-    const size_t delay = rows > LONG_DELAY_TO     ? DELAY
-                         : length < LONGEST_DELAY ? length
-                                                  : LONGEST_DELAY;
+    const size_t delay = 2 * length * length <= MOST_ENTRIES ? 2 * length : DELAY;
 
     t->kernels = perp__panel_kernels_choose(rows >= FUSED_FROM);
     t->leading_dimension = (int32_t)ld;
