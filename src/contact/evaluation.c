@@ -57,6 +57,7 @@ perp_status perp__contact_load(perp_contact_solver *solver)
             perp__dynamics_relative(&solver->dynamics, solver->v, solver->v_low, call->w, call->b,
                                     solver->q);
         perp__dynamics_sizes(&solver->dynamics, solver->v, call->w, call->b, solver->load);
+        solver->free_speed = perp__largest(solver->v, solver->n);
         if (solver->has_bodies)
             perp__bodies_force(&solver->bodies, call->f);
     }
@@ -116,14 +117,6 @@ static perp_status compute_velocities(perp_contact_solver *solver)
     return PERP_OK;
 }
 
-static int32_t write(double *r, double value)
-{
-    const int32_t changes = *r != value;
-
-    *r = value;
-    return changes;
-}
-
 /* Writes what the modes know of r: 0 of the contacts that separate, the bound that a row is at;
  * `moves`: on the side that u tells, be r where it may. Returns whether that changed anything. */
 static int32_t separate(perp_contact_solver *solver, const int8_t *modes, int32_t moves)
@@ -137,12 +130,12 @@ static int32_t separate(perp_contact_solver *solver, const int8_t *modes, int32_
         i = p->starts[k];
         if (!perp__contact_is_bound(p, k)) {
             for (; modes[k] == PERP_CONTACT_SEPARATE && i < p->starts[k + 1]; i++)
-                changed |= write(&solver->r[i], 0.0);
+                changed |= perp__put(&solver->r[i], 0.0);
         } else if (modes[k] != PERP_CONTACT_STICK) {
             if (fabs(solver->r[i + 1]) > 0.5 * most)
-                changed |= write(&solver->r[i + 1], copysign(most, solver->r[i + 1]));
+                changed |= perp__put(&solver->r[i + 1], copysign(most, solver->r[i + 1]));
             else if (moves && solver->u[i + 1] != 0.0)
-                changed |= write(&solver->r[i + 1], copysign(most, 0.0 - solver->u[i + 1]));
+                changed |= perp__put(&solver->r[i + 1], copysign(most, 0.0 - solver->u[i + 1]));
         }
     }
     return changed;
@@ -201,10 +194,12 @@ void perp__contact_write_zeros(perp_contact_solver *solver, const int8_t *modes,
     const perp__contact_problem *p = &solver->problem;
 
     for (int32_t k = 0; k < p->contacts; k++) {
-        const int32_t end = modes[k] == PERP_CONTACT_STICK
-                                ? p->starts[k + 1]
-                                : p->starts[k] + perp__contact_normals(p, k);
+        const double rounding = PERP__SUM_ROUNDING * solver->omega[k] * solver->root[k];
+        int32_t end = p->starts[k] + perp__contact_normals(p, k), next = p->starts[k + 1];
 
+        if (modes[k] == PERP_CONTACT_STICK ||
+            (solver->settings.raw_velocity == 2 && perp__contact_length(u, end, next) <= rounding))
+            end = next;
         for (int32_t i = p->starts[k]; modes[k] != PERP_CONTACT_SEPARATE && i < end; i++)
             u[i] = 0.0;
     }

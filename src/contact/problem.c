@@ -243,27 +243,32 @@ perp_status perp__contact_finish_setup(perp_contact_solver *solver)
     return status;
 }
 
+perp_status perp__contact_find_bodies(perp_contact_solver *solver, int32_t *found)
+{
+    const perp__dynamics *d = &solver->dynamics;
+    perp__bodies_input input = {.n = d->n, .contacts = solver->contacts, .size = solver->size};
+
+    input.starts = solver->starts;
+    input.M = &d->M;
+    input.H = &d->H;
+    input.G = d->G.rows > 0 ? &d->G : NULL;
+    input.compliance = solver->complies ? solver->compliance : NULL;
+    return perp__bodies_setup(&solver->bodies, &input, found);
+}
+
 /* The matrix of the methods, or the bodies, after the laws were kept. */
 static perp_status make_matrices(perp_contact_solver *solver)
 {
     const size_t size = (size_t)solver->size;
-    perp__bodies_input input = {0};
     perp_status status = PERP_OK;
 
-    /* 1. Bodies, where M falls into blocks; small problems want W where zeros are the caller's. */
+    /* 1. Bodies, where M falls into blocks. Small problems want W, where the caller allows it and
+     * there are no more contacts than velocities: sets of rows that depend on each other circle. */
     solver->has_bodies = 0;
     if (solver->entrance == PERP__ENTRANCE_DYNAMICS && solver->dynamics.has_M &&
-        (solver->settings.raw_velocity != 2 || solver->size > PERP__POLISH_START_MOST)) {
-        input.n = solver->dynamics.n;
-        input.contacts = solver->contacts;
-        input.size = solver->size;
-        input.starts = solver->starts;
-        input.M = &solver->dynamics.M;
-        input.H = &solver->dynamics.H;
-        input.G = solver->dynamics.G.rows > 0 ? &solver->dynamics.G : NULL;
-        input.compliance = solver->complies ? solver->compliance : NULL;
-        status = perp__bodies_setup(&solver->bodies, &input, &solver->has_bodies);
-    }
+        (solver->settings.raw_velocity != 2 || solver->size > PERP__POLISH_START_MOST ||
+         solver->size > 3 * solver->n))
+        status = perp__contact_find_bodies(solver, &solver->has_bodies);
     /* 2. Else W. */
     if (status != PERP_OK)
         return status;
@@ -275,11 +280,7 @@ static perp_status make_matrices(perp_contact_solver *solver)
     status = perp__dynamics_setup(&solver->dynamics);
     if (status != PERP_OK || solver->has_bodies)
         return status;
-    solver->W = (perp__matrix){.rows = solver->size,
-                               .columns = solver->size,
-                               .row_stride = 1,
-                               .column_stride = size,
-                               .values = solver->dynamics.W};
+    solver->W = (perp__matrix){solver->size, solver->size, 1, size, solver->dynamics.W, NULL, NULL};
     if (solver->bounded.boxes > 0 && !solver->dynamics.has_M) {
         perp__contact_bounded_yield(&solver->bounded, solver->W.values, solver->compliance);
         solver->complies = 1;

@@ -102,12 +102,8 @@ int32_t perp__contact_rows_move(const perp_contact_solver *solver, const perp_co
 
             if (row_of[list->kept[c]][slot] < 0)
                 continue;
-            if (k >= 0) {
-                const double w = list->scale[row] * velocity[k];
-
-                changes |= memcmp(&s->w[row], &w, sizeof w) != 0;
-                s->w[row] = w;
-            }
+            if (k >= 0)
+                changes |= perp__put(&s->w[row], list->scale[row] * velocity[k]);
             row++;
         }
     }

@@ -43,7 +43,7 @@ static void make_metric(const perp_contact_run *run, double h)
 static int32_t wants_look(perp_contact_run *run, const perp_contact_step *s, int32_t bounded,
                           int32_t was_warm)
 {
-    double drive, fastest = 0.0; /* the largest |u| of a row of the contacts that slip; 0: held */
+    double fastest = 0.0; /* the largest |u| of a row of the contacts that slip; 0: held */
 
     if (s->first && was_warm && s->slips > 0) {
         run->patience -= run->patience > 0;
@@ -56,8 +56,8 @@ static int32_t wants_look(perp_contact_run *run, const perp_contact_step *s, int
         if (fastest > 0.0 && fastest <= run->look_slip * s->driven)
             return 1;
     }
-    drive = run->drive ? perp__largest(run->drive, s->n) : 0.0;
-    return s->fastest > 0.0 && s->fastest < run->look_rest * s->h * drive;
+    return s->fastest > 0.0 && run->drive &&
+           s->fastest < run->look_rest * s->h * perp__largest(run->drive, s->n);
 }
 
 /* `after`, with the accelerations of forces. */

@@ -3,6 +3,7 @@
 #define PERP_CONTACT_SOLVER_H
 
 #include <perp/contact.h>
+#include <string.h>
 
 #include "base/arena.h"
 #include "base/handle.h"
@@ -173,11 +174,11 @@ struct perp_contact_solver {
     /* of a solve */
     double *q, *scale, *high, *low;
     double *load; /* |q|, or what rounding may have made of it in units of tol, if that is more */
-    double *r, *u, *start;   /* the point under evaluation */
-    double *warm;            /* rigid bodies: impulses to start from */
-    double *push, *push_low; /* n: work */
-    double *v, *v_low;       /* of the last evaluation; before one, without contacts: is_free */
-    double *best_v;
+    double *r, *u, *start;      /* the point under evaluation */
+    double *warm;               /* rigid bodies: impulses to start from */
+    double *push, *push_low;    /* n: work */
+    double *v, *v_low;          /* of the last evaluation; before one, without contacts: is_free */
+    double *best_v, free_speed; /* free_speed: the largest |v| without impulses */
     int32_t is_free;
     int8_t *modes, *rest_modes;
     double *ray; /* best one, largest entry 1 */
@@ -276,6 +277,9 @@ perp_status perp__contact_open(perp_contact_solver *solver, perp_contact_step *s
 perp_status perp__contact_hold(perp_contact_solver *solver, const double *r, const double *u,
                                const int8_t *modes, double *v);
 
+/* Whether M falls into blocks, which then are found: problem.c. */
+perp_status perp__contact_find_bodies(perp_contact_solver *solver, int32_t *found);
+
 /* The exact zeros of a good answer: v and u where bodies are known, else u alone. PERP_OK or
  * _MEMORY: held.c. */
 perp_status perp__contact_hold_best(perp_contact_solver *solver);
@@ -285,6 +289,15 @@ perp_status perp__contact_hold_best(perp_contact_solver *solver);
  * rests. PERP_OK or negative: statics/rest.c. */
 int32_t perp__contact_may_rest(const perp_contact_solver *solver);
 perp_status perp__contact_rest(perp_contact_solver *solver);
+
+/* Whether that changes *place. */
+static inline int32_t perp__put(double *place, double value)
+{
+    const int32_t changes = memcmp(place, &value, sizeof value) != 0;
+
+    *place = value;
+    return changes;
+}
 
 /* Writes the zeros of the velocities that the modes know: evaluation.c. */
 void perp__contact_write_zeros(perp_contact_solver *solver, const int8_t *modes, double *u);

@@ -8,22 +8,13 @@
 
 PERP__INIT(perp_contact_step)
 
-/* Whether that changes *place. */
-static int32_t put(double *place, double value)
-{
-    const int32_t changes = memcmp(place, &value, sizeof value) != 0;
-
-    *place = value;
-    return changes;
-}
-
 static int32_t gather(double *to, const double *from, const int32_t *sources, const double *scale,
                       int32_t count)
 {
     int32_t changes = 0;
 
     for (int32_t k = 0; k < count; k++)
-        changes |= put(&to[k], scale ? from[sources[k]] * scale[k] : from[sources[k]]);
+        changes |= perp__put(&to[k], scale ? from[sources[k]] * scale[k] : from[sources[k]]);
     return changes;
 }
 
@@ -37,7 +28,7 @@ static int32_t gather_rows(double *to, const double *J, const int32_t *rows, con
         const double *from = J + (size_t)rows[i] * (size_t)n, factor = scale ? scale[i] : 1.0;
 
         for (int32_t k = 0; factor != 1.0 && k < n; k++)
-            changes |= put(&to[k], from[k] * factor);
+            changes |= perp__put(&to[k], from[k] * factor);
         if (factor == 1.0 && memcmp(to, from, (size_t)n * sizeof *to) != 0) {
             memcpy(to, from, (size_t)n * sizeof *to);
             changes = 1;
@@ -58,11 +49,11 @@ static int32_t gather_mass(const perp_contact_step *s)
         for (; k < end; k++) {
             const int32_t source = s->mass_sources[k];
 
-            changes |= put(&s->M[k], *(source < 0 ? &s->M[k] : &s->mass[source]));
+            changes |= perp__put(&s->M[k], *(source < 0 ? &s->M[k] : &s->mass[source]));
         }
         if (next < s->n && s->mass_sources[k] >= 0)
-            changes |= put(&s->M[k], s->mass[s->mass_sources[k]] +
-                                         (s->damping ? s->h * s->damping[next] : 0.0));
+            changes |= perp__put(&s->M[k], s->mass[s->mass_sources[k]] +
+                                               (s->damping ? s->h * s->damping[next] : 0.0));
         k += next < s->n;
     }
     return changes;
@@ -98,7 +89,7 @@ static void hand_back(perp_contact_solver *solver, perp_contact_step *s)
         force[s->G_rows[i]] = s->r[s->rows + i] / s->h;
     s->rests = perp__is_good(solver->best.outcome) && largest == 0.0;
     for (int32_t i = 0; i < s->rows + s->bilateral; i++)
-        if (put(&s->start[i], s->r[i]))
+        if (perp__put(&s->start[i], s->r[i]))
             s->rests = 0;
 }
 
@@ -232,7 +223,7 @@ static perp_status solve(perp_contact_solver *solver, perp_contact_step *s, int3
     perp__multiply(&solver->dynamics.M, s->velocity, momentum);
     changes = 0;
     for (int32_t i = 0; i < s->n; i++) /* f = M velocity + h force */
-        changes |= put(&s->f[i], momentum[i] + s->h * s->force[i]);
+        changes |= perp__put(&s->f[i], momentum[i] + s->h * s->force[i]);
     s->was_known = !changes && keeps;
     return s->was_known ? PERP_OK : perp__contact_solve(solver, &call);
 }
@@ -260,10 +251,9 @@ static perp_status step_once(perp_contact_solver *solver, perp_contact_step *s,
             s->is_other = memcmp((const char *)*w->at + w->offset + (size_t)k * (size_t)w->stride,
                                  seen + (size_t)k * (size_t)w->bytes, (size_t)w->bytes) != 0;
     }
+    if (!s->is_other)
+        PERP__THEN(status, check_arrays(solver->context, s));
     if (status != PERP_OK || s->is_other)
-        return status;
-    status = check_arrays(solver->context, s);
-    if (status != PERP_OK)
         return status;
 
     /* 2. M, H, G, w and b. */
@@ -284,12 +274,12 @@ static perp_status step_once(perp_contact_solver *solver, perp_contact_step *s,
             w = gap / s->h; /* NaN: NaN */
         else if (s->restitution > 0.0 && k < s->contacts)
             w = s->restitution * fmin((*s->speeds)[s->gap_sources[k]], 0.0);
-        changes |= put(&s->w[s->gap_rows[k]], w);
+        changes |= perp__put(&s->w[s->gap_rows[k]], w);
     }
     if (s->source && s->source->surface_at > 0)
         changes |= perp__contact_rows_move(solver, s);
     for (int32_t k = 0; k < s->bilateral; k++)
-        changes |= put(&s->b[k], s->correction / s->h * (*s->gaps)[s->G_rows[k]]);
+        changes |= perp__put(&s->b[k], s->correction / s->h * (*s->gaps)[s->G_rows[k]]);
 
     /* 3. The answer. */
     status = solve(solver, s, changes, result, laws, dynamics);

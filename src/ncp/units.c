@@ -78,15 +78,11 @@ void perp__ncp_scale_matrix(perp__ncp_model *m)
 perp__matrix perp__ncp_given(const perp__ncp_model *m)
 {
     const int32_t by_rows = m->problem.storage == PERP_STORAGE_ROW_MAJOR;
-    const perp__matrix J = {m->n,
-                            m->n,
-                            by_rows ? (size_t)m->n : 1,
-                            by_rows ? 1 : (size_t)m->n,
-                            m->given,
-                            m->sparse ? m->pattern_starts : NULL,
-                            m->pattern_rows};
+    const size_t n = (size_t)m->n;
+    const int32_t *starts = m->sparse ? m->pattern_starts : NULL;
 
-    return J;
+    return (perp__matrix){m->n,     m->n,   by_rows ? n : 1, by_rows ? 1 : n,
+                          m->given, starts, m->pattern_rows};
 }
 
 void perp__ncp_model_equilibrate(perp__ncp_model *m)

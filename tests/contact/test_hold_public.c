@@ -1,5 +1,6 @@
 /* Exact zeros through the public entrance, perp_contact_solve, which has to find the bodies itself:
- * piles at rest, small bodies beside a large one, and a row that yields and so pins nothing. */
+ * piles at rest, small bodies beside a large one, a row that yields and so pins nothing,
+ * and slips of rounding. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -60,8 +61,9 @@ static void test_public(void **state)
 static void test_small_beside_large(void **state)
 {
     enum { ARM = 12, BOXES = 10, SIZE = ARM + 3 * BOXES, CONTACTS = 2 * BOXES };
-    static double M[SIZE * SIZE], H[2 * CONTACTS * SIZE], f[SIZE], w[2 * CONTACTS], mu[CONTACTS];
-    double v[SIZE], r[2 * CONTACTS], u[2 * CONTACTS];
+    enum { ROWS = 2 * CONTACTS + ARM };
+    static double M[SIZE * SIZE], H[ROWS * SIZE], f[SIZE], w[ROWS], mu[CONTACTS];
+    double v[SIZE], r[ROWS], u[ROWS], lower[ARM], upper[ARM];
     perp_matrix views[2];
     perp_contact_settings settings = fresh_contact_settings();
     perp_contact_dynamics dynamics = fresh_contact_dynamics();
@@ -116,7 +118,7 @@ static void test_small_beside_large(void **state)
         else
             assert_true(v[i] == 0.0);
     }
-    /* zeros of v left to the caller: forty rows are few, and u of what holds is 0 all the same; the
+    /* without blocks while something moves: forty rows are few, and u of what holds is 0; the
      * boxes' v is that of rounding, with M of the order of 1 and impulses of at most 1 */
     settings.raw_velocity = 2;
     assert_int_equal(perp_contact_solve(context, v, r, u, NULL, NULL, &result, &settings, &laws,
@@ -127,6 +129,19 @@ static void test_small_beside_large(void **state)
         assert_true(fabs(v[i] - (i < ARM ? 1.0 / 2.2 : 0.0)) <= (i < ARM ? 1e-14 : settings.tol));
     for (int i = 0; i < 2 * CONTACTS; i++)
         assert_true(u[i] == 0.0);
+    /* where all rests, the arm by dry friction of at most 1.1 in each joint, v is 0 here, too */
+    for (int i = 0; i < ARM; i++) {
+        H[(2 * CONTACTS + i) * SIZE + i] = 1.0;
+        lower[i] = -1.1, upper[i] = 1.1;
+    }
+    views[1].rows = ROWS;
+    laws.bounded = ARM, laws.lower = lower, laws.upper = upper;
+    assert_int_equal(perp_contact_solve(context, v, r, u, NULL, NULL, &result, &settings, &laws,
+                                        &dynamics, f, w, NULL, NULL),
+                     PERP_OK);
+    assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+    for (int i = 0; i < SIZE; i++)
+        assert_true(v[i] == 0.0);
     perp_context_destroy(context);
 }
 
@@ -163,12 +178,64 @@ static void test_yielding_row(void **state)
     perp_context_destroy(context);
 }
 
+/* Blocks that are pushed by mu times their weight, beside a joint that turns against its dry
+ * friction: a slip of rounding is none, even where v stays as the impulses make it. */
+static void test_slips_of_rounding(void **state)
+{
+    enum { N = 3, DRAWS = 200 };
+    static const double H[N * N] = {0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0};
+    static const double w[N] = {0.0}, lower = -1.0, upper = 1.0;
+    double M[N * N] = {0.0}, f[N] = {0.0, 0.0, 2.0}, mu, v[N], r[N], u[N];
+    perp_matrix views[2];
+    perp_contact_settings settings = fresh_contact_settings();
+    perp_contact_dynamics dynamics = fresh_contact_dynamics();
+    perp_contact_result result = fresh_contact_result();
+    perp_contact_laws laws = fresh_contact_laws();
+    perp_context *context = NULL;
+    gen_random random;
+    int rounded = 0;
+
+    (void)state;
+    gen_seed(&random, 7);
+    for (int k = 0; k < 2; k++) {
+        perp_matrix_init(&views[k], sizeof views[k]);
+        views[k].rows = views[k].columns = N;
+        views[k].leading_dimension = N;
+        views[k].storage = (int32_t)PERP_STORAGE_ROW_MAJOR;
+        views[k].values = k ? H : M;
+    }
+    dynamics.n = N, dynamics.M = &views[0], dynamics.H = &views[1];
+    laws.contacts = laws.bounded = 1, laws.dim = 2, laws.mu = &mu;
+    laws.lower = &lower, laws.upper = &upper;
+    assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
+    for (int draw = 0; draw < DRAWS; draw++) {
+        mu = gen_uniform(&random, 0.1, 1.0);
+        M[0] = M[4] = gen_uniform(&random, 0.5, 2.0);
+        M[8] = 1.0;
+        f[1] = -gen_uniform(&random, 0.5, 2.0);
+        f[0] = -mu * f[1];
+        for (int raw = 1; raw <= 2; raw++) {
+            settings.raw_velocity = raw;
+            assert_int_equal(perp_contact_solve(context, v, r, u, NULL, NULL, &result, &settings,
+                                                &laws, &dynamics, f, w, NULL, NULL),
+                             PERP_OK);
+            assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+            assert_true(fabs(v[2] - 1.0) <= settings.tol);
+            assert_true(raw == 1 || u[1] == 0.0);
+            rounded += raw == 1 && u[1] != 0.0;
+        }
+    }
+    assert_true(rounded > 0);
+    perp_context_destroy(context);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_public),
         cmocka_unit_test(test_yielding_row),
         cmocka_unit_test(test_small_beside_large),
+        cmocka_unit_test(test_slips_of_rounding),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -122,7 +122,7 @@ class RowSolver(Handle):
     def __init__(
         self, n: int, method: str, tol: float, max_iterations: Any, limit: Any, holds: bool = False
     ) -> None:
-        """holds: who calls finds exact zeros of v, by hold()."""
+        """holds: v has exact zeros only where all is slow; in trees of more than 12 by hold()."""
         self._settings = sized(ContactSettings)
         self._settings.raw_velocity = 2 if holds else 0
         fill(

@@ -48,6 +48,7 @@ __all__ = [
 
 _NONE = np.zeros(0, dtype=np.int32)
 _NO_ROWS = Rows(Laws(_NONE, *np.zeros((5, 0))), _NONE, _NONE, _NONE)
+_BLOCK = 12  # unknowns of a block of M up to which the library's v has exact zeros
 NEARLY = 1e-6  # of what drives a step: slower may be at rest
 _NO_RESETS = int(mj.mjtDisableBit.mjDSBL_AUTORESET)
 _STATE = int(mj.mjtState.mjSTATE_FULLPHYSICS)
@@ -107,13 +108,15 @@ class Stepper:
         self.correction, self.restitution = correction, restitution
         self._slop = 1e-3 * model.stat.meansize if slop is None else slop
         self.dense = model.nv <= _model.DENSE
-        self.holds = self.dense and rigid  # zeros of what rests are found here
+        self.holds = self.dense and rigid
         self._entries = _model.entries_of_mass(model)
         self._places_of_mass = places_of_mass(model, self._entries)
         self._diagonal = model.M_rowadr + model.M_rownnz - 1
         self._settings = method, tol, max_iterations, time_limit
         self.mass = np.zeros(model.nC)  # of implicit integrators
         self.begin_anew()
+        # those whose zeros the library leaves alone
+        self.large = self.holds and bool((np.bincount(model.dof_treeid) > _BLOCK).any())
         more = getattr(model, "nhistory", 0) + getattr(model, "nplastic", 0)
         self.advances = bool(model.na or model.nplugin or more)
         self.damping, self.borrowed = Damping(model), Borrowed(model)
@@ -341,7 +344,7 @@ class Stepper:
         solver = self.solver
         if self.warm and how.ok and solver.numbers.slips:
             how = solver.settle(how)
-        if self.holds and how.ok and self._nearly_rests(data) and solver.may_hold():
+        if self.large and how.ok and self._nearly_rests(data) and solver.may_hold():
             solver.hold()
         self.warm = how.ok
         return how

@@ -190,6 +190,16 @@ static int32_t is_spare(const perp_contact_solver *solver, int32_t k, double vel
     return velocity != 0.0;
 }
 
+/* Whether all is so slow, where W was wanted, that blocks of M may find it at rest. */
+static int32_t nearly_rests(const perp_contact_solver *solver)
+{
+    const double fastest = perp__largest(solver->best_v, solver->n);
+
+    return solver->settings.raw_velocity == 2 && solver->entrance == PERP__ENTRANCE_DYNAMICS &&
+           solver->dynamics.has_M && fastest > 0.0 &&
+           fastest <= sqrt(solver->settings.tol) * solver->free_speed;
+}
+
 /* What moves is made by the impulses, M v = f + H'r to the last bits: only zeros are new. Beside a
  * body of next to no mass W tells little of the impulses on the others, and beside a coordinate of
  * next to no mass of those on the other coordinates: where a zero would take more than what acts
@@ -198,14 +208,19 @@ perp_status perp__contact_hold_best(perp_contact_solver *solver)
 {
     perp__contact_candidate *best = &solver->best;
     const perp__bodies *b = &solver->bodies;
-    int32_t may_rest = 0;
-    perp_status status;
+    int32_t may_rest = 0, known = solver->has_bodies;
+    perp_status status = PERP_OK;
 
     if (!perp__is_good(best->outcome))
         return PERP_OK;
-    if (!solver->has_bodies || solver->entrance != PERP__ENTRANCE_DYNAMICS) {
+    if (!known && nearly_rests(solver)) {
+        status = perp__contact_find_bodies(solver, &known);
+        if (status == PERP_OK && known)
+            perp__bodies_force(&solver->bodies, solver->call->f);
+    }
+    if (status != PERP_OK || !known) {
         perp__contact_write_zeros(solver, best->modes, best->u);
-        return PERP_OK;
+        return status;
     }
     find_slack(solver);
     status = find_held(solver, best->r, best->u, best->modes);
