@@ -54,8 +54,7 @@ static void add(double *y, double s, const double *x, int32_t n)
         y[i] += s * x[i];
 }
 
-/* Where a vector is not 0: rows of large systems mostly are. Sums over less than that are the same
- * bits. */
+/* Where a vector is not 0: rows of large systems mostly are. Sums over that are the same bits. */
 typedef struct span {
     int32_t first, count;
 } span;
@@ -120,8 +119,7 @@ void perp__active_rows_solve(perp__active_rows *active)
         int32_t pick = 0;
         span s;
 
-        /* 1. The row to take next. One with a norm that is no number, or too large for one, never
-         * is. */
+        /* 1. The row to take next: none with a norm that is no number, or too large for one. */
         for (int32_t i = 0; i < active->count; i++)
             if (active->norms[i] <= DBL_MAX)
                 largest = fmax(largest, active->norms[i]);

@@ -25,8 +25,7 @@ typedef struct perp__cone {
 
 enum { PERP__CONE_TOO_LARGE = 1 };
 
-/* All zero but the context at first. Makes room for up to `rows` by `dimension`, once; PERP_OK or
- * _MEMORY. */
+/* All 0 but the context at first. Makes room for `rows` by `dimension`, once: PERP_OK, _MEMORY. */
 perp_status perp__cone_fit(perp__cone *cone, int32_t rows, int32_t dimension);
 
 /* Row 0 must not be zero. Finds rays and lines with {x} = {sum of rays with factors >= 0, and of

@@ -41,8 +41,7 @@ perp_status perp__matrix_check_csc(perp_context *context, const char *name, cons
 void perp__multiply_doubled(const perp__matrix *M, const double *x, const double *add, double *high,
                             double *low);
 
-/* A := M by columns, `stride` from one to the next; of a sparse M only the entries that it has are
- * written. */
+/* A := M by columns, `stride` from one to the next; of a sparse M only the entries that it has. */
 void perp__matrix_spread(const perp__matrix *M, double *A, size_t stride);
 
 /* y = M x in working precision, fixed order. */
@@ -128,8 +127,7 @@ double perp__column_times(const perp__matrix *M, int32_t j, const double *x);
 /* row_sums[i] = sum_j |M_ij| 2^(e_i + e_j) with e = exponents (square M). */
 void perp__scaled_row_norms(const perp__matrix *M, const int32_t *exponents, double *row_sums);
 
-/* ---- the stored lines of a matrix, columns or rows, and what hangs together through them
- * ---- */
+/* ---- stored lines of a matrix, columns or rows, and what hangs together through them ---- */
 
 /* Column j of M, or row j where that is the contiguous one. */
 typedef struct perp__line {
@@ -160,8 +158,7 @@ static inline int32_t perp__lines_are_rows(const perp__matrix *M)
     return !M->column_starts && M->row_stride != 1;
 }
 
-/* The entries of M other than 0, one after the other: perp__first, then perp__advance until it is
- * false. */
+/* The entries of M other than 0, one by one: perp__first, then perp__advance until it is false. */
 typedef struct perp__cursor {
     const perp__matrix *M;
     perp__line line;

@@ -21,8 +21,7 @@ static int32_t clamp(int32_t e)
     return e > LARGEST ? LARGEST : e < -LARGEST ? -LARGEST : e;
 }
 
-/* The e with |diagonal| 2^(2e) in [1/2, 2): minus half of log2, which is floor(log2), + 1, rounded
- * down. */
+/* The e with |diagonal| 2^(2e) in [1/2, 2): minus half of floor(log2) + 1, rounded down. */
 static int32_t unit_diagonal(int32_t log2)
 {
     return clamp(-((log2 + 1 - ((log2 + 1) & 1)) / 2));

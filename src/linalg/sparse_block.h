@@ -15,8 +15,7 @@
  * (bench/lcp_sparse.c). */
 #define PERP__SMALL_SPARSE 64
 
-/* Matrices of so many rows are large: they get a hierarchy, and are looked at before a method is
- * chosen. */
+/* Matrices of so many rows are large: they get a hierarchy, and a look before the method. */
 #define PERP__LARGE_MATRIX 1000
 
 /* What a solve without factors leaves of a residual. */

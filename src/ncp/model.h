@@ -108,8 +108,7 @@ perp__matrix perp__ncp_view(const perp__ncp_model *model);
  * PERP__NCP_OUTSIDE or PERP_ERROR_CALLBACK. The caller's units stay in z_caller, w_caller. */
 perp_status perp__ncp_evaluate(perp__ncp_model *model, const double *z, double *w);
 
-/* S := the Jacobian at z, where w is F. By differences where the callback has no value. As
- * above. */
+/* S := the Jacobian at z, where w is F; by differences without a callback's value. As above. */
 perp_status perp__ncp_linearise(perp__ncp_model *model, const double *z, const double *w);
 
 /* given := the callback's Jacobian at z_caller. Statuses as above. */

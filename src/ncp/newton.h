@@ -28,8 +28,7 @@ typedef struct perp__ncp_run {
 
 void perp__ncp_run_layout(perp__arena *arena, perp__ncp_run *run);
 
-/* A run from newton.z, in the units of D and `unit` as they are. PERP_OK, PERP__NCP_OUTSIDE or
- * _CALLBACK. */
+/* A run from newton.z, in units of D and `unit`. PERP_OK, PERP__NCP_OUTSIDE or _CALLBACK. */
 perp_status perp__ncp_start_run(perp__ncp_run *run);
 
 /* S at z, the run's scaling with its first, omega. Statuses as above. */

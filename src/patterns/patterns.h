@@ -103,8 +103,7 @@ typedef struct perp__polyhedron {
     int32_t empty;          /* an inequality never holds */
 } perp__polyhedron;
 
-/* constant + row . x >= 0; size: of what the constant is summed up of. strict: more than 0
- * somewhere. */
+/* constant + row . x >= 0; size: of what the constant is summed of. strict: somewhere > 0. */
 typedef struct perp__inequality {
     double constant, size;
     const double *row;
@@ -121,8 +120,7 @@ perp_status perp__polyhedron_enumerate(perp__polyhedron *p, perp__answers *answe
 int32_t perp__polyhedron_is_vertex(const perp__polyhedron *p, int32_t k);
 /* Generator k as a point or, times `sign`, as a direction. */
 void perp__polyhedron_point(const perp__polyhedron *p, int32_t k, double sign, double *to);
-/* All of them as an answer of nothing but points; NULL where there is no vertex. PERP_OK or
- * _MEMORY. */
+/* All as an answer of points alone; NULL where there is no vertex. PERP_OK or _MEMORY. */
 perp_status perp__polyhedron_list(perp__polyhedron *p, perp__answers *answers, perp__answer **made);
 
 /* Adds the direction in row `rank` of an orthonormal basis of n columns, where more than `least` of

@@ -319,8 +319,8 @@ static void test_far_corners_come_late(void **context)
     scene_box(&s, box, 0.5, 0.5, 0.5, 0.5, 0.0);
     settings.mass = 20.0;
     settings.position[0] = -1.1;
-    settings.position[2] = 1.5;
-    settings.velocity[0] = 40.0;
+    settings.position[2] = 1.4;
+    settings.velocity[0] = 60.0;
 
     scene_sphere(&s, scene_add(&s, &settings), 0.5, 0.5, 0.0);
     scene_step(&s, h);

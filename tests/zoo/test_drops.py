@@ -8,9 +8,8 @@ import perp
 import pytest
 
 LEVELS = ("fast", "standard", "accurate", "exact")
-# Of the size: twice what a level lets a motion go deep at most; at `fast` and `standard`, which look twice and three times, what
-# is shot out sideways goes up to .06 and .013 deep.
-DEEP = {"fast": 0.08, "standard": 0.02, "accurate": 0.01, "exact": 0.01}
+# Of the size: twice what a level lets a motion go deep at most; at `standard` what is shot out sideways goes .0104 deep.
+DEEP = {"fast": 0.02, "standard": 0.02, "accurate": 0.01, "exact": 0.01}
 
 
 def drop(seed: int, level: str, all_bounce: bool = False) -> tuple[perp.World, list[tuple[perp.Body, float, bool]], float]:
@@ -84,3 +83,11 @@ def test_nothing_goes_into_what_it_hits(level: str) -> None:
 def test_nothing_goes_into_what_bounces_among_others(level: str) -> None:
     for seed in range(40):
         watch(seed, level, True)
+
+
+# Light bodies that are shot out sideways turn against each other by up to radians a step. The pose in which
+# they end a step was taken for what they had in common, but they were on their way out again there, and the
+# rates of that pose asked for nothing: 33 of 2,500 of these worlds were over .02 deep, these ones .1 to .5.
+@pytest.mark.parametrize("seed", (473, 510, 737, 964, 1125, 1593, 1758, 1792, 1890, 2032, 2146, 2276, 2494))
+def test_what_is_shot_out_sideways_does_not_turn_into_its_neighbour(seed: int) -> None:
+    watch(seed, "fast", False)

@@ -87,8 +87,7 @@ int32_t perp__multigrid_take_block(perp__multigrid *grid, int32_t top, const int
 void perp__multigrid_change_block(perp__multigrid *grid, int32_t top, const int32_t *active,
                                   int32_t count);
 
-/* Factors the block of these rows of the last level, plus rho I. Returns 0 if it is not positive
- * definite. */
+/* Factors the block of these rows of the last level, plus rho I; 0: not positive definite. */
 int32_t perp__multigrid_factor_bottom(perp__multigrid *grid, const double *values,
                                       const int32_t *active, int32_t count, double rho);
 

@@ -314,8 +314,7 @@ static double find_closing(course *on, double open, double closed)
     return closed;
 }
 
-/* Looks at the axes of the start, and sets their gates; whether a face keeps the shapes apart all
- * the way. */
+/* Looks at the axes of the start, sets their gates; whether a face keeps shapes apart all along. */
 static int32_t set_out(course *on)
 {
     const perp__touch_tolerance *tolerance = on->tolerance;

@@ -379,8 +379,7 @@ static void write_plane(const work *w, const parts *p, int32_t face)
         p->offset[face] = fmax(p->offset[face], perp__dot3(normal, p->corner + 3 * c));
 }
 
-/* Loops, from the corner of the lowest number on, and edges; returns 0 where rounding tore the
- * surface. */
+/* Loops, from the corner of the lowest number on, and edges; 0 where rounding tore the surface. */
 static int32_t write_topology(const work *w, perp__polytope *polytope, const parts *p)
 {
     int32_t sides = 0, whole = 1;

@@ -8,8 +8,7 @@
 
 #include <float.h>
 
-/* A face is covered where what lies before it is nearer than this share of the shape's thickness.
- */
+/* A face is covered where what lies before it is nearer than this share of the thickness. */
 #define CRACK 1e-4
 
 /* Along a face's normal shapes overlap by less than this share of their thickness if it is the one
@@ -521,23 +520,25 @@ static overlap overlap_at(const encounter *e, double t, double far)
 
 /* Shapes that the step takes more than half-way through each other overlap least along a way that
  * they did not come, or are apart there. Then the last pose is taken in which they overlap along
- * the way that they came, to within the half widths of both. Of half-spaces all points are there
- * from the start: what turns goes as deep as the level lets it. Where it is on its way out again at
- * the end, the last pose is taken that is not deep. */
+ * the way that they came, to within the half widths of both. Where they go in at the end by rates
+ * that make less than the overlap in a step, or go out again, these would let it be: the last pose
+ * is taken that is no deeper than the level lets a motion go. Of half-spaces all points are there
+ * from the start. */
 int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
 {
     const perp__shape *first = &world->shapes[pair->first], *second = &world->shapes[pair->second];
-    const double level = pair->plane ? perp__level_of(world)->deep : PERP__NEAR;
-    const double deep = fmax(level, PERP__NEAR) * perp__pair_size(world, pair);
+    const double level =
+        fmax(perp__level_of(world)->deep, PERP__NEAR) * perp__pair_size(world, pair);
+    const double deep = pair->plane ? level : PERP__NEAR * perp__pair_size(world, pair);
     const double width = pair->plane ? deep : first->thickness + second->thickness;
     perp__collision *collision = &pair->collision;
+    const double turning = perp__turning(world, pair->body[0], pair->reach[0], h) +
+                           perp__turning(world, pair->body[1], pair->reach[1], h);
     double from = 0.0, to = 1.0;
     overlap before, end;
     encounter e;
 
-    if (perp__turning(world, pair->body[0], pair->reach[0], h) +
-            perp__turning(world, pair->body[1], pair->reach[1], h) <=
-        deep)
+    if (turning <= deep)
         return 0;
     begin_encounter(&e, world, pair, h, NULL);
     end = overlap_at(&e, 1.0, e.displacement > width ? INFINITY : -deep);
@@ -545,15 +546,18 @@ int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
         return 0;
     before = overlap_at(&e, 0.0, INFINITY);
     collision->begun = perp__lesser(before.separation, 0.0);
+    const double closes =
+        64.0 * (overlap_at(&e, 1.0 - 1.0 / 64.0, INFINITY).separation - end.separation);
+    const int32_t leaves = !(closes >= collision->begun - end.separation);
     const int32_t along =
-        pair->plane ? overlap_at(&e, 1.0 - 1.0 / 64.0, INFINITY).separation >= end.separation
-                    : came_along(&e, 1.0, end.normal, collision->begun);
-    while (!along && to - from > fmax(width / e.displacement, DBL_EPSILON)) {
+        !leaves && (pair->plane || came_along(&e, 1.0, end.normal, collision->begun));
+    const double finest = (leaves ? level : width) / (e.displacement + turning);
+    while (!along && to - from > fmax(finest, DBL_EPSILON)) {
         const double t = 0.5 * (from + to);
         const overlap between = overlap_at(&e, t, INFINITY);
 
-        if (pair->plane ? between.separation >= collision->begun - deep
-                        : came_along(&e, t, between.normal, collision->begun)) {
+        if ((!leaves || between.separation >= collision->begun - level) &&
+            (pair->plane || came_along(&e, t, between.normal, collision->begun))) {
             before = between;
             from = t;
         } else {

@@ -119,7 +119,8 @@ static int32_t presses(const perp_world *world, const perp__world_contact *conta
 {
     const int32_t body[] = {contact->body_a, contact->body_b};
     const double lack = -fmax(perp__open_gap(contact, contact->gap), 0.0) / h -
-                        perp__normal_velocity(world, contact, PERP__TWIST_AFTER);
+                        fmin(perp__normal_velocity(world, contact, PERP__TWIST_AFTER),
+                             perp__normal_velocity(world, contact, PERP__TWIST_MOVING));
     double drive = INFINITY, inverse_mass = 0.0;
 
     for (int32_t side = 0; side < 2; side++)

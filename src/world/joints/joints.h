@@ -116,8 +116,7 @@ void perp__clear_joints(perp_world *world, const perp__island *island);
 /* work.parts: a forest of the bodies that joints join, by way of what impulses do not move as well.
  * Returns whether some are joined twice: in a tree no row says what others do. */
 int32_t perp__join_parts(const perp_world *world, const perp__island *island);
-/* Which equations say what others do where the step begins: they take no part in it. PERP_OK or
- * _MEMORY. */
+/* Which equations say what others do as the step begins: these take no part. PERP_OK, _MEMORY. */
 perp_status perp__find_spare_rows(perp_world *world, const perp__island *island);
 /* The joints' units after those of the contacts; and the bounds of an interval of length t. */
 void perp__add_joint_rows(perp_world *world, const perp__island *island);

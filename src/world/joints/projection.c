@@ -151,8 +151,7 @@ void perp__add_joint_errors(perp_world *world, const perp__island *island, doubl
     add_rows(world, island, PERP__ROWS_OF_ERRORS, 0.0);
 }
 
-/* Mass 1, and the inertia of a sphere of the body's size; its own, over its mass, of a body without
- * shapes. */
+/* Mass 1, and the inertia of a sphere of the body's size; without shapes its own, over its mass. */
 static void weigh_equally(const perp_world *world, int32_t body, double *C)
 {
     const double r = world->bodies[body].radius;
