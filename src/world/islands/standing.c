@@ -67,7 +67,7 @@ static int32_t write_unit(const perp_world *world, const perp__island *island, i
         unit->tangents = rows->dim - 1;
         if (rows->bias[0] * world->step_length >
                 (ignores ? 0.0 : perp__closed_gap(world, contact)) ||
-            perp__step_tie(world, island, work->chosen[i])->moved)
+            perp__step_flags(world, island, work->chosen[i])->moved)
             unit->rows = unit->tangents = 0;
         return rows->bias[0] >= 0.0;
     }
@@ -97,7 +97,7 @@ static int32_t is_of_other(const perp_world *world, const perp__island *island,
                            const perp__carrying *carrying, int32_t i)
 {
     const int32_t k = i - world->work.count;
-    const int32_t *body = k < 0 ? perp__step_tie(world, island, world->work.chosen[i])->body
+    const int32_t *body = k < 0 ? perp__step_flags(world, island, world->work.chosen[i])->body
                                 : world->joints[world->work.joint_units[k].joint].body;
 
     return carrying && carrying->parts &&
@@ -109,17 +109,17 @@ int32_t perp__gather_standing(perp_world *world, const perp__island *island,
                               const perp__carrying *carrying, int32_t ignores)
 {
     perp__island_work *work = &world->work;
-    perp__statics_rows *own = &work->stand_rows;
+    perp__statics_rows *rows = &work->stand_rows;
     int32_t links = 0;
     size_t at = 0;
 
-    own->size = 0;
+    rows->size = 0;
     for (int32_t i = 0; i < work->units; i++) {
         perp__statics_unit *unit = &work->stand_units[i];
         int32_t from;
 
         memset(unit, 0, sizeof *unit);
-        unit->row = own->size;
+        unit->row = rows->size;
         if (!write_unit(world, island, i, ignores, unit, &from) && !ignores)
             return 0;
         if (is_of_other(world, island, carrying, i)) {
@@ -133,15 +133,15 @@ int32_t perp__gather_standing(perp_world *world, const perp__island *island,
         link_unit(world, island, i, from, unit, &links, &at);
         if (unit->links == 0)
             unit->rows = 0;
-        own->size += unit->rows;
+        rows->size += unit->rows;
     }
-    own->width = world->dof;
-    own->nodes = island->bodies;
-    own->units = work->units;
-    own->links = links;
-    own->unit = work->stand_units;
-    own->link = work->stand_links;
-    own->values = work->stand_values;
+    rows->width = world->dof;
+    rows->nodes = island->bodies;
+    rows->units = work->units;
+    rows->links = links;
+    rows->unit = work->stand_units;
+    rows->link = work->stand_links;
+    rows->values = work->stand_values;
     return 1;
 }
 
@@ -171,17 +171,17 @@ static void find_forces(perp_world *world, const perp__island *island,
 /* Four words side by side: each chain's products wait for nothing but its own. */
 static void mix(uint64_t *key, const void *data, size_t bytes)
 {
-    uint64_t own[PERP__STANDING_WORDS], word;
+    uint64_t rows[PERP__STANDING_WORDS], word;
 
-    memcpy(own, key, sizeof own);
+    memcpy(rows, key, sizeof rows);
     for (size_t at = 0; at < bytes / sizeof word; at++) {
-        uint64_t *to = &own[at % PERP__STANDING_WORDS];
+        uint64_t *to = &rows[at % PERP__STANDING_WORDS];
 
         memcpy(&word, (const char *)data + at * sizeof word, sizeof word);
         *to = (*to ^ word) * 0x9E3779B97F4A7C15u;
         *to ^= *to >> 29;
     }
-    memcpy(key, own, sizeof own);
+    memcpy(key, rows, sizeof rows);
 }
 
 /* Of what the rows of a contact are made of, tangents from the normal; never 0. */
@@ -207,19 +207,19 @@ static int32_t find_key(const perp_world *world, const perp__island *island, int
         key[i] = 0x243F6A8885A308D3u + (uint64_t)i;
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
-        perp__tie *tie = perp__step_tie(world, island, i);
+        perp__contact_flags *flag = perp__step_flags(world, island, i);
         const double *base = perp__step_response(world, island, i)->base;
-        uint64_t own[5] = {(uint64_t)(uint32_t)tie->local[0] << 32 | (uint32_t)tie->local[1]};
+        uint64_t rows[5] = {(uint64_t)(uint32_t)flag->local[0] << 32 | (uint32_t)flag->local[1]};
 
-        if (tie->moved || (swept && tie->deep) ||
-            (base[0] > 0.0 && !tie->closed && perp__open_gap(contact, contact->gap) > 0.0))
+        if (flag->moved || (swept && flag->deep) ||
+            (base[0] > 0.0 && !flag->closed && perp__open_gap(contact, contact->gap) > 0.0))
             return 0;
         any |= base[0] > 0.0;
-        if (tie->key == 0)
-            tie->key = key_of(contact);
-        own[1] = tie->key;
-        memcpy(own + 2, base, 3 * sizeof *base);
-        mix(key, own, sizeof own);
+        if (flag->key == 0)
+            flag->key = key_of(contact);
+        rows[1] = flag->key;
+        memcpy(rows + 2, base, 3 * sizeof *base);
+        mix(key, rows, sizeof rows);
     }
     for (int32_t i = 0; i < island->bodies; i++) {
         const double length = perp__body_length(world, world->body_order[island->first_body + i]);
@@ -317,7 +317,7 @@ perp_status perp__stand_as_decided(perp_world *world, const perp__island *island
     memcpy(world->standing->key[world->standing->last], key, sizeof key);
     *unbalance = answer.unbalance;
     for (int32_t i = 0; i < island->contacts; i++) {
-        const int32_t rubs = perp__step_tie(world, island, i)->rubs;
+        const int32_t rubs = perp__step_flags(world, island, i)->rubs;
         const int32_t rows = !rubs ? 1 : world->settings.planar ? 2 : 3;
         double *next = perp__step_response(world, island, i)->next;
 
