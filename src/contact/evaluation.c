@@ -173,8 +173,7 @@ perp_status perp__contact_evaluate(perp_contact_solver *solver, const int8_t *mo
             perp__contact_measure(solver, residuals);
     }
 
-    /* a contact without a normal impulse separates, and one with presses, whatever was said of it
-     */
+    /* a contact without a normal impulse separates, and one with presses, whatever was said */
     for (int32_t k = 0; k < p->contacts; k++) {
         if (modes)
             solver->modes[k] = modes[k];

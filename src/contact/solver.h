@@ -261,8 +261,7 @@ void perp__contact_weigh(perp_contact_solver *solver, perp__contact_residuals *r
 perp_outcome perp__contact_verdict(const perp_contact_solver *solver,
                                    const perp__contact_candidate *point, perp_outcome said);
 
-/* What step.source shows, and whether that is what was arranged: rows.c. PERP_OK, _ARGUMENT, _ABI.
- */
+/* What step.source shows, and whether that was arranged: rows.c. PERP_OK, _ARGUMENT, _ABI. */
 perp_status perp__contact_check_source(perp_context *context, const perp_contact_step *s);
 int32_t perp__contact_rows_last(const perp_contact_solver *solver, const perp_contact_step *s);
 

@@ -63,8 +63,7 @@ void perp__contact_measure(perp_contact_solver *solver, perp__contact_residuals 
     if (solver->parts > 0)
         memset(solver->evidence, 0, (size_t)solver->parts * sizeof *solver->evidence);
     /* 1. S of each row. Beside bounds that are far off, W shift would excuse what all rows lack:
-     * then S is that of what the impulses nearest to 0 leave open, and of impulses from there on.
-     */
+     * then S is that of what impulses nearest to 0 leave open, and of those from there on. */
     for (int32_t i = 0; i < solver->size && solver->is_far; i++)
         solver->high[i] = solver->r[i] + bounded->away[i];
     if (solver->is_far) {

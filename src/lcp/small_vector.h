@@ -72,8 +72,7 @@ TARGET static inline size_t NAME(exchange)(path *p, size_t rows, const double *x
     return (size_t)leaving;
 }
 
-/* Of the rows where wrong is 1 the one with the largest entry of column x; NONE: that is rounding.
- */
+/* Of the rows where wrong is 1 the one with the largest entry of column x; NONE: it is rounding. */
 TARGET static inline size_t NAME(largest_row)(size_t rows, const double *wrong, const double *x)
 {
     lanes most = spread(0.0), largest = most;

@@ -195,8 +195,7 @@ void perp__sparse_block_restart(perp__sparse_block *block, double deadline)
     block->deadline = deadline;
     block->late = 0;
     block->border.is_open = block->border.changes = 0;
-    if (block->by_steps) { /* the steps that there are for a block do not tell from what came before
-                            */
+    if (block->by_steps) { /* steps that there are for a block do not tell from what was before */
         block->by_steps = 0;
         block->count = -1;
     }

@@ -1,8 +1,7 @@
 /* Principal blocks of one matrix, factored in the cheapest way its structure allows: dense ones by
  * Cholesky or LU, sparse ones by tridiagonal elimination, Cholesky, LU, or not at all: large blocks
  * of matrices like Laplace's are solved by conjugate gradients with multigrid, those whose factors
- * would fill in by conjugate gradients alone. Factors are kept until the next block is asked for.
- */
+ * would fill in by conjugate gradients alone. Factors are kept until the next block comes. */
 #ifndef PERP_LINALG_SPARSE_BLOCK_H
 #define PERP_LINALG_SPARSE_BLOCK_H
 

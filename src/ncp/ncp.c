@@ -220,8 +220,7 @@ static int32_t is_over(perp_ncp_solver *solver)
 
 /* Both methods from `from`, or the one asked for; fischer alone follows the path then, and again
  * from where that ended. One that is content by its own scales, where the gate is not, goes on, up
- * to a ten-thousandth of tol; where digits are wanted and auto has other starts, those are better.
- */
+ * to a ten-thousandth of tol; where digits are wanted and auto has other starts, they serve. */
 static perp_status run_all(perp_ncp_solver *solver, const double *from, double penalty)
 {
     const int32_t asked = solver->settings.method;

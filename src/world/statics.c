@@ -154,7 +154,6 @@ static perp_status decide(question *q, const perp__island *island)
     if (island->joints > 0)
         perp__begin_joints(world, island, q->h, 0);
     perp__gather_bodies(world, island);
-    work->gone = 0.0;
     perp__find_limits(world, island, 0.0);
     perp__place_joints(world, island, 0.0);
     perp__choose_rows(world, island, NULL);

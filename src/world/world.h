@@ -467,8 +467,7 @@ perp_status perp__add_body(perp_world *world, perp_body *id, const perp_body_set
 perp_status perp__check_quaternion(perp_context *context, const char *name, double *q);
 perp_status perp__check_vector3(const perp_world *world, const char *name, const double *x);
 
-/* mass.c: the mass properties of a dynamic body, from what its settings give and from its shapes.
- */
+/* mass.c: the mass properties of a dynamic body, from what its settings give and its shapes. */
 perp_status perp__body_mass(const perp_world *world, perp__body *body, double mass,
                             const double *inertia);
 perp_status perp__add_shape_mass(const perp_world *world, perp__body *body,

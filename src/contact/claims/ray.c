@@ -71,8 +71,7 @@ static int32_t annihilates(perp_contact_solver *solver, const double *y)
 }
 
 /* y is paired with what the caller gave, or H M^-1 f + w: since H'y = 0 the load f is of no
- * account.
- */
+ * account. */
 int32_t perp__contact_may_be_infeasible(perp_contact_solver *solver)
 {
     const double *given = solver->scale;

@@ -12,8 +12,7 @@
  * its fixed point is Coulomb's law. Equations of joints are a block of their own after each pass
  * (joint_block.h); their limits, motors and dry friction are rows like those of contacts. A
  * penetration never enters b: what b pushes apart would stay in the impulses that the next step
- * starts from, and feed a drift. It is removed by a pass of its own, which moves positions alone.
- */
+ * starts from, and feed a drift. A pass of its own removes it, which moves positions alone. */
 #ifndef PERP_CONTACT_COLOURED_H
 #define PERP_CONTACT_COLOURED_H
 

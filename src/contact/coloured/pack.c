@@ -52,8 +52,7 @@ static int32_t rank(const perp__coloured *c, int32_t pair)
            PERP__PAIR_POINTS - pressing;
 }
 
-/* Pairs by colour, the first one that neither body has, and rank. Pairs without a colour come last.
- */
+/* Pairs by colour, the first one that neither body has, and rank. Those without one come last. */
 static void order_pairs(perp__coloured *c, int32_t pairs, int32_t *starts)
 {
     memset(c->colours, 0, (size_t)c->bodies * sizeof *c->colours);
@@ -103,8 +102,7 @@ static void form_groups(perp__coloured *c, int32_t pairs, const int32_t *starts,
             c->piece_first[pieces++] = c->groups;
         }
         last = now;
-        if (writes) { /* of the pairs i .. i + count - 1; what does not move is `none` of the piece
-                       */
+        if (writes) { /* of the pairs i .. i + count - 1; what does not move is `none` */
             const int32_t none = c->bodies + pieces - 1 - c->colour_first[c->colour_count - 1];
             perp__lane_group *group = &c->group[c->groups];
 

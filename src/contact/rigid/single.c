@@ -196,8 +196,7 @@ static void move_body(single *s, perp__active_rows *held, const double *move)
     }
 }
 
-/* v, after = J v + bias, and the change beside the solution's velocities as a share of their terms.
- */
+/* v, after = J v + bias, and the change beside the solution's velocities, by their terms. */
 static void hold(single *s)
 {
     const perp__rigid_problem *p = s->problem;

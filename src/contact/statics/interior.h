@@ -128,8 +128,7 @@ void perp__statics_solve(perp__statics *s, double *x, double *low);
 /* to += factor A S^-1 p; inverse 0: factor A p, of all units. */
 void perp__statics_push(perp__statics *s, double factor, int32_t inverse, const double *p,
                         double *to, double *low);
-/* x += S^-1 A' K^-1 rb where it `corrects`; rb := b - A x, and terms: the sizes of what that adds.
- */
+/* x += S^-1 A' K^-1 rb where it `corrects`; rb := b - A x, and terms: sizes of what that adds. */
 void perp__statics_balance(perp__statics *s, int32_t corrects);
 /* dx := S^-1 (p + A'dy), with `met` */
 void perp__statics_pull(perp__statics *s, const double *p, const double *dy, const double *dy_low,

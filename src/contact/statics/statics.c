@@ -163,8 +163,7 @@ static perp__statics_end find_margin(perp__statics *s, perp__statics_answer *ans
     perp__statics_end end;
     double left;
 
-    /* 1. Forces on coordinates without a row, or with none but noise beside others of their body.
-     */
+    /* 1. Forces on coordinates without a row, or with none but noise beside others of the body. */
     *room = -INFINITY;
     perp__statics_clear(s);
     for (int32_t i = 0; i < n; i++)

@@ -64,8 +64,7 @@ static int32_t step_with_discs(perp__sweep_work *work, int32_t k, double *u, dou
 
 /* One that holds both ways, exactly: u_N = 0, and r_t in the disc of radius mu |r_N|, r_N = n - A
  * r_t. Where sticking asks for more friction than there is, and none for less, some radius between
- * is what there is: regula falsi (Illinois). Where there are several answers, sticking comes first.
- */
+ * is what there is: regula falsi (Illinois). Of several answers sticking comes first. */
 static int32_t step_both_ways(perp__sweep_work *work, int32_t k, double *u, double *r)
 {
     const int32_t both = perp__contact_two_sided(work->common.problem, k);

@@ -50,8 +50,7 @@ typedef struct perp__newton_problem {
     perp_status (*evaluate)(perp__newton *run, const double *z, double *w);
     /* d := -(D_z + D_w (S + rho I))^-1 Phi, > 0 where that is singular. */
     perp_status (*direction)(perp__newton *run, double rho);
-    /* Before each iteration: S there; run->outcome, where the run is to end. PERP_OK or an error.
-     */
+    /* Before each iteration: S there; run->outcome, where the run is to end. PERP_OK or error. */
     perp_status (*begin)(perp__newton *run);
 } perp__newton_problem;
 

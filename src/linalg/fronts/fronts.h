@@ -6,8 +6,7 @@
  *
  * Unions of connected parts of the graph whose nodes are numbered one after the other can be
  * factored one by one; so can principal blocks, in the whole matrix's order and memory: leaving
- * nodes out creates no fill, and what is left of a front's pattern lies within that of its parent.
- */
+ * nodes out creates no fill, and what is left of a front's pattern lies in that of its parent. */
 #ifndef PERP_LINALG_FRONTS_H
 #define PERP_LINALG_FRONTS_H
 

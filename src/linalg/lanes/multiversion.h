@@ -45,8 +45,7 @@
 #endif
 
 /* kernel(width, rows, ...) with constants where `rows` of a matrix lie on rigid bodies, of so many
- * coordinates each, as those of usual contacts do. The sums and their order are the same for all.
- */
+ * coordinates each, as those of usual contacts do. Sums and their order are the same for all. */
 #define PERP__WITH_SHAPE(kernel, width, rows, ...) \
     do {                                           \
         if ((width) == 6 && (rows) == 3)           \

@@ -18,8 +18,7 @@ TARGET static void NAME(find_least)(double normal[3][GROUP], const perp__polytop
 }
 
 /* Whether the arcs of edges of B cross that of edge i of A on the Gauss map, bit by bit: each edge
- * parts the other's two faces, which are not on opposite sides of the map. Segments have no faces.
- */
+ * parts the other's two faces, which are not on opposite sides of the map. Segments have none. */
 TARGET static void NAME(find_crossing)(const perp__convex_pair *pair, int32_t i,
                                        const edge_group *edges, int32_t groups, unsigned *crossing)
 {

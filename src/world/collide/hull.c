@@ -3,8 +3,7 @@
  * Quickhull (Barber, Dobkin & Huhdanpaa 1996) without its lists: the point farthest beyond a face
  * is a corner, and takes the place of the faces that it sees. Points that are less than
  * PERP__NEGLIGIBLE beyond a face lie on it. Hulls have few corners (PERP__MAX_CORNERS), so that
- * looking at everything is fast enough. All in units of a power of two near the size of the points.
- */
+ * looking at everything is fast enough. All in units of a power of two near the points' size. */
 #include "world/collide/polytope.h"
 
 #include <string.h>

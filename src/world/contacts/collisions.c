@@ -8,7 +8,7 @@
 
 #include <float.h>
 
-/* A face is covered where what lies before it is nearer than this share of the thickness. */
+/* A face is covered where what lies before it is nearer than this share of its thickness. */
 #define CRACK 1e-4
 
 /* Along a face's normal shapes overlap by less than this share of their thickness if it is the one

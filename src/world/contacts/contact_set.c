@@ -6,8 +6,7 @@
  * motion at hand makes them meet, and take points and normal from the pose in which they do. That
  * is looked for once the plain points are solved for: what the floor holds does not sink into the
  * side of the next tile. Points that no motion so far closes are left out: a problem without some
- * contacts has a solution of the whole problem if its velocities keep these open too.
- */
+ * contacts has a solution of the whole problem if its velocities keep these open too. */
 #include "world/islands/lanes.h"
 
 #include "base/context.h"
@@ -21,8 +20,7 @@ static perp_status grow(perp_world *world, perp__contact_set *set, int32_t neede
     return perp__grow(world->context, "the contacts", &set->capacity, needed, arrays, 3);
 }
 
-/* Room for `needed` contacts, and as many memories of them; the last step's set is the next one's.
- */
+/* Room for `needed` contacts, and as many memories; the last step's set is the next one's. */
 perp_status perp__reserve_contacts(perp_world *world, perp__contact_set *set, int32_t needed)
 {
     perp_status status;

@@ -1,5 +1,4 @@
-/* Contacts of a step: pairs of shapes that may meet, their points, and what is remembered of them.
- */
+/* Contacts of a step: pairs of shapes that may meet, their points, and what they remember. */
 #ifndef PERP_WORLD_CONTACTS_H
 #define PERP_WORLD_CONTACTS_H
 

@@ -11,6 +11,18 @@
 
 #include "base/groups.h"
 
+/* How far a body went and turned since the step began. */
+static void find_drift(const perp_world *world, int32_t body, double *drift)
+{
+    const perp__island_work *work = &world->work;
+
+    if (perp__is_dynamic(world, body))
+        perp__twist_of(world, work->drift + world->dof * world->roles[body].local, drift);
+    else
+        for (int32_t k = 0; k < 6; k++)
+            drift[k] = work->gone * world->motions[body].moving[k];
+}
+
 /* Turns of both bodies and, of the normal, that which both have in common: before the interval, and
  * in half of it; *angle: that of all of these. Returns 0 where there are none. */
 static int32_t find_turns(const perp_world *world, const int32_t *body, double begun[3][9],
@@ -22,12 +34,9 @@ static int32_t find_turns(const perp_world *world, const int32_t *body, double b
 
     for (int32_t side = 0; side < 2; side++) {
         const double *spin = world->motions[body[side]].trial + 3;
-        double drift[6] = {0.0};
+        double drift[6];
 
-        if (perp__is_dynamic(world, body[side]))
-            perp__twist_of(world, work->drift + world->dof * world->roles[body[side]].local, drift);
-        else
-            perp__add3(drift + 3, work->gone, spin);
+        find_drift(world, body[side], drift);
         perp__copy3(gone[side], drift + 3);
         for (int32_t k = 0; k < 3; k++)
             turn[side][k] = 0.5 * work->span * spin[k];
@@ -59,6 +68,25 @@ static double share_of_slide(const perp_world *world, const int32_t *shape, int3
     return keeps[side] ? 0.0 : keeps[1 - side] ? 1.0 : 0.5;
 }
 
+/* Else an impact where bodies slid before they met has two points, and angular momentum is lost. */
+void perp__meet_now(const perp_world *world, perp__world_contact *contact, double gap)
+{
+    const int32_t shape[2] = {contact->shape_a, contact->shape_b};
+    double apart[3] = {0.0}, at[6];
+
+    perp__add3(apart, -gap, contact->axes[0]);
+    for (int32_t side = 0; side < 2; side++) {
+        find_drift(world, world->shapes[shape[side]].body, at);
+        if (perp__length3(at) > world->shapes[shape[side]].reach)
+            return; /* hit in its mass centre */
+        perp__add3(at, 1.0, world->states[world->shapes[shape[side]].body].position);
+        perp__add3(at, 1.0, contact->arms[side]);
+        perp__add3(apart, 2.0 * side - 1.0, at);
+    }
+    perp__add3(contact->arms[0], share_of_slide(world, shape, 0), apart);
+    perp__add3(contact->arms[1], -share_of_slide(world, shape, 1), apart);
+}
+
 /* Between bodies that joints join, directly or by way of others, rows of contacts and joints may
  * say the same, each known to the square of the turn that the bodies have in common: nothing limits
  * impulses along what is left of the difference. So a contact gives way by as much of what an
@@ -88,8 +116,7 @@ void perp__turn_contact(perp_world *world, const perp__island *island,
     if (!find_turns(world, body, begun, half, &angle))
         return;
 
-    /* 1. axes as the interval begins, half-way, and at its end; how the bodies part by half of it
-     */
+    /* 1. axes as the interval begins, half-way, and at its end; how bodies part by half of it */
     for (int32_t k = 0; k < rows->dim; k++) {
         perp__apply3(axes[0][k], begun[2], contact->axes[k]);
         perp__apply3(axes[1][k], half[2], axes[0][k]);
@@ -113,8 +140,7 @@ void perp__turn_contact(perp_world *world, const perp__island *island,
         if (rows->body[side] < 0)
             continue;
 
-        /* 2. arms then: to the core of the shape, with its share of the slide, and to the surface
-         */
+        /* 2. arms then: to the shape's core, with its share of the slide, and to the surface */
         perp__copy3(moment, contact->arms[side]);
         perp__add3(moment, -radius, contact->axes[0]);
         perp__apply3(arm[0], begun[side], moment);

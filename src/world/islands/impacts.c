@@ -21,8 +21,7 @@
 #include "linalg/matrix.h"
 #include "step/impact.h"
 
-/* Impacts of a step, by the contacts of each: many where a problem is small, one where it is large.
- */
+/* Impacts of a step, by the contacts of each: many where a problem is small, else one. */
 #define CONTACTS_IN_ALL 64
 
 /* The least share of restitution that is tried where impacts give energy. */
@@ -494,7 +493,6 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
 
     /* 1. Nothing has moved yet. */
     perp__gather_bodies(world, island);
-    work->gone = 0.0;
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 

@@ -153,6 +153,8 @@ double perp__moved_by(const perp_world *world, const perp__island *island,
 void perp__gather_bodies(perp_world *world, const perp__island *island);
 /* Rows of the contacts that take part: those not left out; NULL: all. */
 void perp__choose_rows(perp_world *world, const perp__island *island, const int8_t *leaves_out);
+/* along.c: arms of a contact with this gap go to one point, the gap aside, where bodies are now. */
+void perp__meet_now(const perp_world *world, perp__world_contact *contact, double gap);
 /* along.c: the rows of work.count, of a contact, along its interval; and adds to the biases of all
  * what they change by. */
 void perp__turn_contact(perp_world *world, const perp__island *island,
@@ -270,8 +272,7 @@ int32_t perp__find_frame(const perp_world *world, const perp__island *island, do
  * it, t < 0, if it had it in the last one. */
 void perp__carried_twist(const perp_world *world, const perp__carrying *carrying, int32_t body,
                          double t, double *twist);
-/* Bodies of an island that stands go in a step of length h where a carrier that turns takes them.
- */
+/* Bodies of an island that stands go in a step of h where a carrier that turns takes them. */
 void perp__ride(perp_world *world, const perp__island *island, double h);
 /* Whether there is a motion that the island may keep: that of what carries it, where all bodies
  * begin with it, or with the one that this had in the last step, `slowly` nearly so; or the one

@@ -11,8 +11,7 @@
 
 /* Points of eight contacts from which on all threads may sweep one island: of our own; and a
  * caller's, whose `run` is called for each colour in each pass, for some twenty microseconds of
- * work. And the share of an island's cost that they share: it is worth it where others cost less.
- */
+ * work. And the share of an island's cost that they share: worth it where others cost less. */
 #define WORTH_PIECES 768
 #define WORTH_CALLS 2048
 #define SHARED 0.25

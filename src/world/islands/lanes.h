@@ -41,8 +41,7 @@ int32_t perp__shares_islands(const perp_world *world);
 perp_status perp__solve_in_lanes(perp_world *world, double h, int32_t *last);
 
 /* Calls `work` for the ranges that 0 .. count - 1 is cut into, one a lane, in order, whose shares
- * stay; returns how many. Where it is not worth it returns 0, after a call for `all`, if not NULL.
- */
+ * stay; returns how many. Where it is not worth it 0, after a call for `all`, if not NULL. */
 typedef void (*perp__range)(perp_world *world, perp__share *share, double h);
 int32_t perp__share_out(perp_world *world, int32_t count, perp__range work, double h,
                         perp__share *all);

@@ -167,6 +167,7 @@ void perp__gather_bodies(perp_world *world, const perp__island *island)
         perp__copy3(work->origins + 3 * i, world->states[body].position);
     }
     work->carriers = 0;
+    work->gone = 0.0;
     for (int32_t k = 0; k < flags; k++) {
         const int32_t body = perp__tied_body(world, island, k);
 
@@ -208,9 +209,15 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
         perp__rigid_rows *rows = &work->rows[work->count];
+        perp__world_contact now;
 
         if (leaves_out && leaves_out[i])
             continue;
+        if (work->gone > 0.0 && work->span == 0.0 && island->joints == 0) { /* a jump */
+            now = *contact;
+            perp__meet_now(world, &now, work->gap[i]);
+            contact = &now;
+        }
         rows->body[0] = perp__number_of(world, island, contact->body_a);
         rows->body[1] = perp__number_of(world, island, contact->body_b);
         rows->dim = contact->friction > 0.0 ? (world->settings.planar ? 2 : 3) : 1;

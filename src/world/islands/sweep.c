@@ -253,7 +253,6 @@ perp_status perp__begin_sweep(perp_world *world, const perp__island *island, dou
     perp_status status = PERP_OK;
 
     perp__gather_bodies(world, island);
-    work->gone = 0.0;
     perp__find_limits(world, island, h);
     perp__receive(world, &sweeping->answer);
     sweeping->carried = perp__begins_standing(world, island, 0, &carrying) ||

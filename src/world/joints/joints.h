@@ -63,8 +63,7 @@ void perp__common_turn(double *turn, const double *a, const double *b);
 void perp__twist_now(const perp_world *world, int32_t body, double *twist);
 /* The paths of that motion alone. */
 void perp__find_paths(perp_world *world, const perp__island *island, double t);
-/* Whether the interval is to be solved again, by the motion work.moving and work.v that it led to.
- */
+/* Whether the interval is to be solved again, by the motion work.moving and work.v it led to. */
 enum { PERP__TRIED = 18 }; /* numbers a body and round: 6 that its trial missed, 12 it led to */
 typedef struct perp__rounds {
     int32_t most;        /* rounds to come to a motion that settles */

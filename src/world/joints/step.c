@@ -152,7 +152,6 @@ perp_status perp__find_spare_rows(perp_world *world, const perp__island *island)
     if (!perp__join_parts(world, island))
         return PERP_OK;
     perp__gather_bodies(world, island);
-    work->gone = 0.0;
     perp__place_joints(world, island, 0.0);
     work->count = work->inequalities = work->units = 0;
     for (int32_t i = 0; i < island->joints; i++)

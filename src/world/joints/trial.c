@@ -313,8 +313,7 @@ void perp__place_joints(perp_world *world, const perp__island *island, double t)
 }
 
 /* By how much of the largest velocities of its points a body's anchors go elsewhere on their arcs
- * than is linear: than half-way, and where contacts are frozen as they were than in the beginning.
- */
+ * than is linear: than half-way, and where contacts are frozen as they were than at first. */
 static double turn_of(const perp_world *world, const perp__island *island)
 {
     const int32_t swings = perp__swings(world, island);
