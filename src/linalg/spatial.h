@@ -142,14 +142,6 @@ static inline void perp__apply_transposed3(double *y, const double *A, const dou
     y[2] = A[2] * x[0] + A[5] * x[1] + A[8] * x[2];
 }
 
-/* Column j of A. */
-static inline void perp__column3(double *y, const double *A, int32_t j)
-{
-    y[0] = A[j];
-    y[1] = A[3 + j];
-    y[2] = A[6 + j];
-}
-
 /* C = A B; C may not overlap A or B. */
 static inline void perp__multiply3(double *C, const double *A, const double *B)
 {
