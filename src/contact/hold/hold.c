@@ -438,14 +438,6 @@ static inline int32_t take_up_row(perp__hold *h, int32_t block, const double *ro
     return 1;
 }
 
-static int32_t take_up(perp__hold *h, int32_t block, const double *row)
-{
-    return h->bodies->width == 6 ? take_up_row(h, block, row, 6)
-           : h->bodies->width == 3
-               ? take_up_row(h, block, row, 3)
-               : take_up_row(h, block, row, perp__bodies_unknowns(h->bodies, block));
-}
-
 /* A constraint all blocks of which are held but one, which takes up its rows until there are
  * enough. */
 static void visit(perp__hold *h, int32_t constraint, int32_t *tail)
@@ -464,7 +456,9 @@ static void visit(perp__hold *h, int32_t constraint, int32_t *tail)
     root = h->pushed[constraint] ? PERP__HOLD_SEVERAL : root_beside(h, constraint, block);
     row = b->values + b->piece_values[piece];
     for (int32_t i = 0; i < h->holds[constraint] && h->rank[block] < most; i++, row += b->width) {
-        if (!take_up(h, block, row))
+        if (!(b->width == 6   ? take_up_row(h, block, row, 6)
+              : b->width == 3 ? take_up_row(h, block, row, 3)
+                              : take_up_row(h, block, row, most)))
             continue;
         if (h->source[block] == PERP__HOLD_UNSET)
             h->source[block] = root;
