@@ -154,7 +154,8 @@ typedef struct perp_contact_settings {
                                      infeasibility is looked for */
     int32_t raw_velocity;         /* 1: v and u are left as the impulses make them, to rounding: for
                                      callers who find exact zeros themselves; it takes about half
-                                     the time. 0 (default): what holds has its velocity exactly */
+                                     the time. 2: small problems leave v so, and u of what holds is
+                                     0. 0 (default): what holds has its velocity exactly */
     double time_limit;            /* seconds; 0 (default): none, and no decision reads the clock */
     perp_contact_monitor monitor; /* NULL (default): none */
     void *monitor_user;

@@ -1,7 +1,6 @@
 /* What the caller chooses, what a solve is called with, what it asks on the way, and what it hands
  * back. */
 #include <math.h>
-#include <string.h>
 
 #include "base/check.h"
 #include "base/clock.h"
@@ -49,7 +48,7 @@ static perp_status check_method(perp_context *context, const perp_contact_settin
 static const perp__field fields[] = {
     PERP__INTEGER(perp_contact_settings, method, 0, PERP_CONTACT_METHOD_PROXIMAL),
     PERP__INTEGER(perp_contact_settings, max_iterations, 0, INFINITY),
-    PERP__INTEGER(perp_contact_settings, raw_velocity, 0, 1),
+    PERP__INTEGER(perp_contact_settings, raw_velocity, 0, 2),
     PERP__REAL(perp_contact_settings, tol, "()", 0, INFINITY),
     PERP__REAL(perp_contact_settings, time_limit, "[]", 0, INFINITY),
 };
@@ -91,18 +90,16 @@ perp_status perp__contact_check_call(const perp_contact_solver *solver,
 int32_t perp__contact_tick(void *user, int64_t iterations, double residual)
 {
     perp_contact_solver *solver = user;
-    perp_contact_progress progress;
-    int32_t answer;
 
     if (solver->ended >= 0)
         return 1;
     if (solver->settings.monitor) {
-        memset(&progress, 0, sizeof progress);
-        progress.struct_size = sizeof progress;
-        progress.method = solver->running;
-        progress.iterations = iterations;
-        progress.residual = residual;
-        answer = solver->settings.monitor(&progress, solver->settings.monitor_user);
+        const perp_contact_progress progress = {.struct_size = sizeof progress,
+                                                .method = solver->running,
+                                                .iterations = iterations,
+                                                .residual = residual};
+        const int32_t answer = solver->settings.monitor(&progress, solver->settings.monitor_user);
+
         if (answer < 0)
             solver->aborted = 1;
         if (answer != 0) {
@@ -119,9 +116,8 @@ int32_t perp__contact_polish_step(perp_contact_solver *solver)
 {
     const int64_t limit = solver->settings.max_iterations;
 
-    if (limit > 0 && solver->polished >= limit)
-        return 0;
-    if (perp__contact_tick(solver, solver->polished, solver->best.worth.tested))
+    if ((limit > 0 && solver->polished >= limit) ||
+        perp__contact_tick(solver, solver->polished, solver->best.worth.tested))
         return 0;
     solver->polished++;
     solver->iterations++;

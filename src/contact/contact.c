@@ -97,14 +97,13 @@ static void begin(perp_contact_solver *solver, const perp__contact_slot *slot,
     const int64_t left = solver->settings.max_iterations - slot->spent; /* 0 or less: no limit */
     const int64_t limit = solver->problem.iteration_limit;
 
-    memset(iterate, 0, sizeof *iterate);
-    iterate->r = solver->r;
-    iterate->u = solver->u;
-    iterate->modes = solver->modes;
-    iterate->ray = solver->start;
-    iterate->warm = solver->call->r0 != NULL || solver->best.method != PERP_CONTACT_METHOD_POLISH;
-    iterate->given = solver->call->r0 != NULL;
-    iterate->residual = INFINITY;
+    *iterate = (perp__contact_iterate){.r = solver->r,
+                                       .u = solver->u,
+                                       .modes = solver->modes,
+                                       .ray = solver->start,
+                                       .given = solver->call->r0 != NULL,
+                                       .residual = INFINITY};
+    iterate->warm = iterate->given || solver->best.method != PERP_CONTACT_METHOD_POLISH;
     if (left > 0 && !(limit > 0 && limit < left))
         solver->problem.iteration_limit = left;
 }
@@ -275,6 +274,13 @@ static int32_t is_polyhedral(const perp_contact_solver *solver)
     return is;
 }
 
+/* Whether auto begins with the sets of small problems. */
+static int32_t tries_sets(const perp_contact_solver *solver)
+{
+    return solver->settings.method == PERP_CONTACT_METHOD_AUTO &&
+           solver->settings.max_iterations == 0;
+}
+
 /* The steps of a search; returns how many. */
 static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
 {
@@ -282,6 +288,9 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
         solver->settings.cone > 0 ? PERP_CONTACT_METHOD_LEMKE : solver->settings.method;
     const int32_t all = chosen == PERP_CONTACT_METHOD_AUTO;
     const int32_t once = all && is_polyhedral(solver);
+    /* whether sets were in vain: more sweeps than they began with seldom end sooner than others */
+    const int32_t followed =
+        solver->call->r0 && tries_sets(solver) && perp__contact_polish_suits(solver);
     int32_t polyhedra, count = 0;
 
     /* 1. The method that the caller chose. */
@@ -290,12 +299,14 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
         return 1;
     }
     /* 2. What sweeps do not solve pivoting does soonest where it is exact and W is there. */
-    if (all)
+    if (all && !followed)
         steps[count++] = (plan_step){PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS, 0, 1};
     if (once && solver->problem.W)
         steps[count++] = (plan_step){PERP_CONTACT_METHOD_LEMKE, FROM_BEST, FIRST_PIVOTS, 0, 1};
     if (all)
         steps[count++] = (plan_step){PERP_CONTACT_METHOD_PROXIMAL, FROM_BEST, 0, 0, 2};
+    if (followed)
+        steps[count++] = (plan_step){PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS, 0, 1};
     /* 3. The last resort: pivoting on polyhedra that fit ever closer, refined after each. Where
        there are too many rows for that, what refines its answers has none to start from. */
     polyhedra = once ? 1 : all && solver->rows > LEMKE_MOST ? 0 : POLYHEDRA;
@@ -304,9 +315,9 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
         steps[count++] =
             (plan_step){PERP_CONTACT_METHOD_PROXIMAL, once ? FROM_BEST : FROM_LAST, 0, 1, 1};
     }
-    if (all)
+    if (all && (polyhedra > 0 || !solver->steps))
         steps[count++] = (plan_step){PERP_CONTACT_METHOD_SWEEP, FROM_BEST, 0, 0, 1};
-    return count;
+    return solver->brief && count > BRIEF - followed ? BRIEF - followed : count;
 }
 
 /* The caller's start, or no impulses at all. */
@@ -314,13 +325,6 @@ static void read_start(perp_contact_solver *solver)
 {
     for (int32_t i = 0; i < solver->size; i++)
         solver->r[i] = solver->call->r0 ? solver->call->r0[i] : 0.0;
-}
-
-/* Whether auto begins with the sets of small problems. */
-static int32_t tries_sets(const perp_contact_solver *solver)
-{
-    return solver->settings.method == PERP_CONTACT_METHOD_AUTO &&
-           solver->settings.max_iterations == 0;
 }
 
 /* The start. Small problems go straight to the active set that it, or a few sweeps from it, show.
@@ -384,24 +388,22 @@ static perp_status search(perp_contact_solver *solver)
 {
     const int32_t limit = solver->settings.max_iterations, method = solver->settings.method;
     plan_step steps[PLAN_MOST];
-    int32_t count = limit < 0 ? 0 : plan(solver, steps), ray_after, made, pivoted = 1;
+    int32_t count, ray_after, asks, made, pivoted = 1;
     perp_status status;
 
-    if (solver->brief && count > BRIEF)
-        count = BRIEF;
     /* 1. The start; joints alone are equations. */
     solver->best.method = -1;
     solver->best.outcome = solver->said = PERP_OUTCOME_ITERATION_LIMIT;
     solver->certificate = PERP_CONTACT_CERTIFICATE_NONE;
-    solver->has_ray = solver->aborted = 0;
     solver->ended = -1;
     solver->iterations = solver->polished = 0;
-    solver->asked_rest = solver->rests = solver->folds = 0;
+    solver->has_ray = solver->aborted = solver->asked_rest = solver->rests = solver->folds = 0;
     for (int32_t k = 0; k < PERP__CONTACT_METHODS; k++)
         solver->slots[k].spent = 0;
     status = perp__contact_load(solver);
     PERP__THEN(status, reserve(solver));
     PERP__THEN(status, try_start(solver));
+    count = limit < 0 ? 0 : plan(solver, steps);
     if (status == PERP_OK && solver->settings.cone == 0 && !solver->call->r0 &&
         (method == PERP_CONTACT_METHOD_AUTO || method == PERP_CONTACT_METHOD_SWEEP))
         status = look_at_rest(solver);
@@ -410,9 +412,11 @@ static perp_status search(perp_contact_solver *solver)
         count = is_enough(solver) ? 0 : count;
     }
     /* 2. The plan. Where it is cheap, the question whether there are any velocities at all comes
-       early; never with a budget that is used up. */
-    ray_after = solver->constraints > EARLY_RAY ? count - 1 : 0;
-    for (int32_t k = 0; k < count && status == PERP_OK && !ends_the_search(solver); k++) {
+       early, but in steps before a method has failed; never with a budget that is used up. */
+    asks = count > 1 && method == PERP_CONTACT_METHOD_AUTO && !solver->steps &&
+           steps[0].method != PERP_CONTACT_METHOD_SWEEP;
+    ray_after = solver->constraints > EARLY_RAY ? count - 1 : -asks;
+    for (int32_t k = -asks; k < count && status == PERP_OK && !ends_the_search(solver); k++) {
         /* what moves as it is told may leave no answer; in the plane Lemke's path is exact */
         if (k >= BRIEF &&
             (is_enough(solver) || (solver->folds && solver->rigid && solver->rigid->carriers > 0 &&
@@ -420,12 +424,9 @@ static perp_status search(perp_contact_solver *solver)
             break;
         if (!pivoted && k + 1 < count) /* what fits closer to an answer, where there was none */
             continue;
-        /* where sets were followed in vain from a start and from a few sweeps, more sweeps than
-           those seldom come to an end, and take longer than what is next */
-        if (steps[k].method != PERP_CONTACT_METHOD_SWEEP || steps[k].limit == 0 ||
-            !solver->call->r0 || !tries_sets(solver) || !perp__contact_polish_suits(solver))
+        if (k >= 0)
             status = run(solver, &steps[k]);
-        if (steps[k].method == PERP_CONTACT_METHOD_LEMKE && steps[k].limit == 0)
+        if (k >= 0 && steps[k].method == PERP_CONTACT_METHOD_LEMKE && steps[k].limit == 0)
             pivoted = solver->said == PERP_OUTCOME_SOLVED;
         if (status == PERP_OK && k == ray_after && solver->proves && !ends_the_search(solver) &&
             perp__contact_may_be_infeasible(solver) &&
@@ -530,7 +531,7 @@ perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact
                         : perp__contact_find(solver, &given, deadline);
     if (status == PERP_OK && (call->v || call->u))
         status = perp__contact_rest(solver);
-    if (status == PERP_OK && !solver->rests && !solver->settings.raw_velocity &&
+    if (status == PERP_OK && !solver->rests && solver->settings.raw_velocity != 1 &&
         (call->v || call->u))
         status = perp__contact_hold_best(solver);
     if (status == PERP_OK)

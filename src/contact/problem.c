@@ -249,9 +249,10 @@ static perp_status make_matrices(perp_contact_solver *solver)
     perp__bodies_input input = {0};
     perp_status status = PERP_OK;
 
-    /* 1. Bodies, where M falls into blocks. */
+    /* 1. Bodies, where M falls into blocks; small problems want W where zeros are the caller's. */
     solver->has_bodies = 0;
-    if (solver->entrance == PERP__ENTRANCE_DYNAMICS && solver->dynamics.has_M) {
+    if (solver->entrance == PERP__ENTRANCE_DYNAMICS && solver->dynamics.has_M &&
+        (solver->settings.raw_velocity != 2 || solver->size > PERP__POLISH_START_MOST)) {
         input.n = solver->dynamics.n;
         input.contacts = solver->contacts;
         input.size = solver->size;

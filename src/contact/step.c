@@ -221,6 +221,7 @@ static perp_status solve(perp_contact_solver *solver, perp_contact_step *s, int3
     perp_status status = PERP_OK;
 
     s->rests = 0;
+    solver->steps = 1;
     if (!keeps)
         status = perp__contact_setup(solver, laws, dynamics, NULL);
     PERP__THEN(status, check_sizes(solver, s));

@@ -177,11 +177,11 @@ static int32_t keep_ray(perp_lcp_solver *solver)
     return 1;
 }
 
-/* The problem as the step's method sees it, and the method's slot; NULL if no method takes it. */
+/* The problem as the step's method sees it, and the method's slot. */
 static perp__method_slot *pose(perp_lcp_solver *solver, const perp__plan_step *step)
 {
     perp__lcp_problem *p = &solver->problem;
-    perp__method_slot *found = NULL;
+    perp__method_slot *slot = solver->slots;
 
     p->context = solver->context;
     p->n = solver->n;
@@ -202,13 +202,9 @@ static perp__method_slot *pose(perp_lcp_solver *solver, const perp__plan_step *s
     solver->control.deadline = solver->deadline;
     if (solver->deadline > 0.0 && step->share < 1.0)
         solver->control.deadline -= (1.0 - step->share) * solver->settings.time_limit;
-    for (int32_t k = 0; k < PERP__METHODS && !found; k++) {
-        const perp__lcp_method *candidate = solver->slots[k].method;
-
-        if (candidate->id == step->method && (!candidate->suits || candidate->suits(p)))
-            found = &solver->slots[k];
-    }
-    return found;
+    while (slot->method->id != step->method)
+        slot++;
+    return slot;
 }
 
 /* Where a step has used up its share of the time, that is a limit of ours and not the caller's. */
@@ -294,9 +290,6 @@ static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, con
     int64_t iterations = 0;
     perp_status status;
 
-    if (!slot)
-        return perp__refuse(solver->context, "settings.method %s cannot take this problem",
-                            perp_lcp_method_text(step->method));
     attempts = settings->pivot_rule == PERP_PIVOT_LEXICOGRAPHIC ? 1 : slot->method->attempts;
     status = slot->method->check ? slot->method->check(&solver->problem) : PERP_OK;
     PERP__THEN(status,

@@ -98,9 +98,6 @@ typedef struct perp__lcp_method {
     /* The layout depends on sizes, storage and the number of free variables alone and forgets
      * nothing else: it runs where these change, not at every set-up. */
     int32_t by_shape;
-    /* True where this method is the one for its id: dense and sparse problems may have one each.
-     * NULL: always. Asked in the order of the solver's table, once a problem is set up. */
-    int32_t (*suits)(const perp__lcp_problem *problem);
     /* Checks that the method can take the problem: PERP_OK, or PERP_ERROR_ARGUMENT with a message.
      * NULL: it takes any M, any bounds. */
     perp_status (*check)(const perp__lcp_problem *problem);

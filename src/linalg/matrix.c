@@ -182,22 +182,30 @@ void perp__principal_dense(const perp__matrix *M, const perp__index_set *set, do
     }
 }
 
-void perp__principal_csc(const perp__matrix *M, const perp__index_set *set, int32_t *starts,
-                         int32_t *rows, double *values)
+void perp__principal_csc(const perp__matrix *M, const perp__index_set *set, double rho,
+                         const double *weights, int32_t *starts, int32_t *rows, double *values)
 {
-    int32_t at = 0, c, k;
+    int32_t at = 0;
 
-    for (c = 0; c < set->count; c++) {
+    for (int32_t c = 0; c < set->count; c++) {
         const int32_t j = set->active[c];
+        const double shift = weights ? weights[j] : rho;
+        int32_t placed = shift == 0.0; /* the diagonal's entry, needed for a shift */
 
         starts[c] = at;
-        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
-            const int32_t r = set->position[M->row_indices[k]];
+        for (int32_t k = M->column_starts[j]; k <= M->column_starts[j + 1]; k++) {
+            const int32_t is_end = k == M->column_starts[j + 1];
+            const int32_t i = is_end ? M->rows : M->row_indices[k];
 
-            if (r < 0)
+            if (!placed && i > j) {
+                rows[at] = c;
+                values[at++] = shift;
+            }
+            placed |= i >= j;
+            if (is_end || set->position[i] < 0)
                 continue;
-            rows[at] = r;
-            values[at++] = M->values[k];
+            rows[at] = set->position[i];
+            values[at++] = M->values[k] + (i == j ? shift : 0.0);
         }
     }
     starts[set->count] = at;

@@ -223,9 +223,9 @@ typedef struct perp__index_set {
 void perp__principal_dense(const perp__matrix *M, const perp__index_set *set, double *to,
                            size_t row_step, size_t column_step);
 
-/* The same in CSC, from a CSC matrix: starts has count + 1 entries, rows and values room for as
- * many as M has. */
-void perp__principal_csc(const perp__matrix *M, const perp__index_set *set, int32_t *starts,
-                         int32_t *rows, double *values);
+/* The same in CSC, from a CSC matrix, plus rho I, or instead diag(weights), n of them: starts has
+ * count + 1 entries, rows and values room for as many as M has, and n more with a shift. */
+void perp__principal_csc(const perp__matrix *M, const perp__index_set *set, double rho,
+                         const double *weights, int32_t *starts, int32_t *rows, double *values);
 
 #endif

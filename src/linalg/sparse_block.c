@@ -94,39 +94,14 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
 /* The block in compressed columns. */
 static perp__square extract(perp__sparse_block *b)
 {
-    const perp__matrix *M = b->M;
     const perp__square A = {b->count, b->values, b->starts, b->rows};
-    int32_t at = 0, c, k;
+    const perp__index_set set = {b->count, b->active, b->local};
 
-    for (k = 0; k < M->columns; k++)
+    for (int32_t k = 0; k < b->M->columns; k++)
         b->local[k] = -1;
-    for (k = 0; k < b->count; k++)
+    for (int32_t k = 0; k < b->count; k++)
         b->local[b->active[k]] = k;
-    for (c = 0; c < b->count; c++) {
-        const int32_t j = b->active[c];
-        const double shift = b->weights ? b->weights[j] : b->rho;
-        int32_t placed = shift == 0.0; /* the diagonal's entry, needed for a shift */
-
-        b->starts[c] = at;
-        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
-            const int32_t i = M->row_indices[k];
-
-            if (b->local[i] < 0)
-                continue;
-            if (!placed && i > j) {
-                b->rows[at] = c;
-                b->values[at++] = shift;
-            }
-            placed |= i >= j;
-            b->rows[at] = b->local[i];
-            b->values[at++] = M->values[k] + (i == j ? shift : 0.0);
-        }
-        if (!placed) {
-            b->rows[at] = c;
-            b->values[at++] = shift;
-        }
-    }
-    b->starts[b->count] = at;
+    perp__principal_csc(b->M, &set, b->rho, b->weights, b->starts, b->rows, b->values);
     return A;
 }
 

@@ -89,8 +89,7 @@ static double newton_step(const double *I, double h, const double *w, const doub
     for (int32_t i = 0; i < 3; i++)
         change[i] =
             (inverse[0][i] * f[0] + inverse[1][i] * f[1] + inverse[2][i] * f[2]) / determinant;
-    for (int32_t i = 0; i < 3; i++)
-        w_next[i] -= change[i];
+    perp__subtract3(w_next, w_next, change);
     return perp__length3(change) / (perp__length3(w_next) + perp__length3(w));
 }
 

@@ -217,7 +217,7 @@ typedef struct perp__world_contact {
     double gap;         /* what may be closed along the normal */
     double free, start; /* velocity along the normal with the free twists, and before the step */
     double position[3]; /* at the start of the step, midway between the surfaces */
-    double arms[2][3];  /* from the mass centres, in the pose of the collision */
+    double arms[2][3];  /* from the mass centres to the surfaces, in the pose of the collision */
     uint64_t feature;   /* tells the points of a pair apart, from step to step */
     double axes[3][3];  /* normal, tangent 1, tangent 2 */
     double rounding;    /* gaps below this are not told apart from 0 */

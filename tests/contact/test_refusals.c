@@ -179,7 +179,7 @@ static void test_vectors_and_settings(void **state)
     REFUSED(NOT_FINITE, "settings.tol is nan", c.p.settings.tol = NAN);
     REFUSED(ARGUMENT, "settings.time_limit is -1", c.p.settings.time_limit = -1.0);
     REFUSED(ARGUMENT, "settings.max_iterations is -1", c.p.settings.max_iterations = -1);
-    REFUSED(ARGUMENT, "settings.raw_velocity is 2", c.p.settings.raw_velocity = 2);
+    REFUSED(ARGUMENT, "settings.raw_velocity is 3", c.p.settings.raw_velocity = 3);
     REFUSED(ABI, "settings.struct_size", c.p.settings.struct_size = 0);
 }
 

@@ -19,11 +19,6 @@ static double *numbers(gen_random *random, size_t count)
     return x;
 }
 
-static double minus(const perp__panel_kernels *kernels, double c, double a, double b)
-{
-    return kernels->fused ? fma(-a, b, c) : c - a * b;
-}
-
 static double entry(const double *U, size_t stride, size_t i, size_t k)
 {
     return U[i / PERP__PANEL * stride + k * PERP__PANEL + i % PERP__PANEL];
@@ -43,7 +38,7 @@ static void compare_vector(const perp__panel_kernels *kernels, size_t panels, si
     expected = check_allocate(rows, sizeof *expected);
     for (i = 0; i < rows; i++)
         for (expected[i] = y[i], k = 0; k < depth; k++)
-            expected[i] = minus(kernels, expected[i], entry(U, stride, i, k), v[k]);
+            expected[i] -= entry(U, stride, i, k) * v[k];
     kernels->subtract_vector(panels, depth, U, stride, v, y);
     assert_memory_equal(y, expected, rows * sizeof *y);
     free(U);
@@ -68,8 +63,8 @@ static void compare_tile(const perp__panel_kernels *kernels, size_t panels, size
     for (j = 0; j < PERP__TILE; j++)
         for (i = 0; i < rows; i++)
             for (k = 0; k < depth; k++)
-                expected[i + j * ldc] = minus(kernels, expected[i + j * ldc],
-                                              entry(U, stride, i, k), V[k * PERP__STRIP + j]);
+                expected[i + j * ldc] =
+                    fma(-entry(U, stride, i, k), V[k * PERP__STRIP + j], expected[i + j * ldc]);
     kernels->subtract_tile(panels, depth, U, stride, V, C, ldc);
     assert_memory_equal(C, expected, ldc * PERP__TILE * sizeof *C);
     free(U);
@@ -90,7 +85,7 @@ static void compare_rows(const perp__panel_kernels *kernels, size_t depth)
     x = numbers(&random, PERP__STRIP);
     for (j = 0; j < PERP__STRIP; j++)
         for (expected[j] = x[j], k = 0; k < depth; k++)
-            expected[j] = minus(kernels, expected[j], f[k], V[k * PERP__STRIP + j]);
+            expected[j] = fma(-f[k], V[k * PERP__STRIP + j], expected[j]);
     kernels->subtract_rows(depth, f, V, 0.3, x, quotients);
     assert_memory_equal(x, expected, sizeof expected);
     for (j = 0; j < PERP__STRIP; j++)
@@ -113,7 +108,7 @@ static void compare_keeping(const perp__panel_kernels *kernels, size_t panels)
     U = numbers(&random, panels * stride);
     kernels->keep(panels, 0.7, column, into, U + PERP__PANEL, stride);
     for (i = 0; i < rows; i++) {
-        const double scaled = kernels->fused ? column[i] * (1.0 / 0.7) : column[i] / 0.7;
+        const double scaled = column[i] / 0.7;
 
         assert_true(entry(U, stride, i, 1) == scaled);
         assert_true(into[i] == -scaled);
@@ -140,7 +135,7 @@ static void compare_elimination(const perp__panel_kernels *kernels)
     memcpy(expected, y, sizeof expected);
     for (k = FIRST; k < DEPTH; k++) {
         for (expected_v[k] = expected[rows[k]], l = FIRST; l < k; l++)
-            expected_v[k] = minus(kernels, expected_v[k], L[k * DEPTH + l], expected_v[l]);
+            expected_v[k] -= L[k * DEPTH + l] * expected_v[l];
         expected[rows[k]] = expected_v[k] / pivots[k];
     }
     e.rows = rows;
@@ -157,17 +152,13 @@ static void compare_elimination(const perp__panel_kernels *kernels)
 
 static void test_kernels(void **state)
 {
-    const perp__panel_kernels *found[PERP__PANEL_KERNELS_MOST];
-    const int32_t count = perp__panel_kernels_find(found);
+    const perp__panel_kernels *kernels;
     size_t panels;
 
     (void)state;
-    assert_true(count > 0);
-    assert_int_equal(perp__panel_kernels_choose(0)->fused, 0);
-    assert_int_equal(perp__panel_kernels_choose(1)->fused, found[0]->fused);
-    for (int32_t number = 0; number < count; number++) {
-        const perp__panel_kernels *kernels = found[number];
-
+    assert_non_null(perp__panel_kernels_number(0));
+    assert_null(perp__panel_kernels_number(-1));
+    for (int32_t number = 0; (kernels = perp__panel_kernels_number(number)); number++) {
         for (panels = 1; panels < 12; panels++) {
             compare_vector(kernels, panels, 1);
             compare_vector(kernels, panels, 2 * panels + 3);

@@ -108,7 +108,7 @@ class Runner:
             setattr(run, name, _arrays.address(array))
         run.integrate = ctypes.cast(_functions().mj_integratePos, ContactIntegrate)
         run.look_slip = _SLOW * stepper.solver.tol
-        run.look_rest = _NEARLY if stepper.large else 0.0
+        run.look_rest = _NEARLY if stepper.holds else 0.0
         run.drive = _arrays.address(data.qacc_smooth)
         self._set_stages()
 

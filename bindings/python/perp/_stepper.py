@@ -119,8 +119,12 @@ class RowSolver(Handle):
     _destroy = library.perp_contact_solver_destroy
     _pointer_type = ContactSolverPointer
 
-    def __init__(self, n: int, method: str, tol: float, max_iterations: Any, limit: Any) -> None:
+    def __init__(
+        self, n: int, method: str, tol: float, max_iterations: Any, limit: Any, holds: bool = False
+    ) -> None:
+        """holds: who calls finds exact zeros of v, by hold()."""
         self._settings = sized(ContactSettings)
+        self._settings.raw_velocity = 2 if holds else 0
         fill(
             self._settings, CODES, method=method, tol=tol, max_iterations=max_iterations,
             time_limit=limit,

@@ -49,7 +49,6 @@ __all__ = [
 _NONE = np.zeros(0, dtype=np.int32)
 _NO_ROWS = Rows(Laws(_NONE, *np.zeros((5, 0))), _NONE, _NONE, _NONE)
 NEARLY = 1e-6  # of what drives a step: slower may be at rest
-_BLOCK = 12  # unknowns of a block of M up to which the library's v has exact zeros
 _NO_RESETS = int(mj.mjtDisableBit.mjDSBL_AUTORESET)
 _STATE = int(mj.mjtState.mjSTATE_FULLPHYSICS)
 _OF_ACCELERATIONS = int(mj.mjtStage.mjSTAGE_ACC)
@@ -108,15 +107,13 @@ class Stepper:
         self.correction, self.restitution = correction, restitution
         self._slop = 1e-3 * model.stat.meansize if slop is None else slop
         self.dense = model.nv <= _model.DENSE
+        self.holds = self.dense and rigid  # zeros of what rests are found here
         self._entries = _model.entries_of_mass(model)
         self._places_of_mass = places_of_mass(model, self._entries)
         self._diagonal = model.M_rowadr + model.M_rownnz - 1
         self._settings = method, tol, max_iterations, time_limit
         self.mass = np.zeros(model.nC)  # of implicit integrators
         self.begin_anew()
-        # those whose zeros the library leaves alone
-        trees = np.bincount(model.dof_treeid)
-        self.large = self.dense and bool((trees > _BLOCK).any())
         more = getattr(model, "nhistory", 0) + getattr(model, "nplastic", 0)
         self.advances = bool(model.na or model.nplugin or more)
         self.damping, self.borrowed = Damping(model), Borrowed(model)
@@ -164,7 +161,7 @@ class Stepper:
 
     def begin_anew(self) -> None:
         """As if nothing had been stepped before."""
-        self.solver = RowSolver(self.model.nv, *self._settings)
+        self.solver = RowSolver(self.model.nv, *self._settings, self.holds)
         self.solver.set_mass(*self._places_of_mass)
         self.solver.numbers.correction, self.solver.numbers.slop = self.correction, self._slop
         self.solver.numbers.restitution = self.restitution
@@ -344,7 +341,7 @@ class Stepper:
         solver = self.solver
         if self.warm and how.ok and solver.numbers.slips:
             how = solver.settle(how)
-        if self.large and how.ok and self._nearly_rests(data) and solver.may_hold():
+        if self.holds and how.ok and self._nearly_rests(data) and solver.may_hold():
             solver.hold()
         self.warm = how.ok
         return how

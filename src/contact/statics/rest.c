@@ -41,7 +41,7 @@ static int32_t is_asked(const perp_contact_solver *s)
     const perp__contact_call *call = s->call;
     const double n = s->n;
     double driven = 0.0, fastest = 0.0;
-    int32_t slips = !s->settings.raw_velocity;
+    int32_t slips = s->settings.raw_velocity != 1;
 
     for (int32_t k = 0; k < s->contacts; k++)
         slips |= s->best.modes[k] == PERP_CONTACT_SLIP;
@@ -84,7 +84,7 @@ perp_status perp__contact_rest(perp_contact_solver *s)
         return status;
     s->rests = 1;
     perp__contact_keep(s, &point);
-    if (s->settings.raw_velocity)
+    if (s->settings.raw_velocity == 1)
         return PERP_OK;
     if (s->n > 0)
         memset(s->best_v, 0, (size_t)s->n * sizeof *s->best_v);

@@ -361,13 +361,6 @@ void perp__active_set_release(void *object)
 }
 
 const perp__lcp_method perp__lcp_active_set = {
-    PERP_LCP_ACTIVE_SET,
-    sizeof(perp__active_set),
-    1,
-    0,
-    NULL,
-    NULL,
-    perp__active_set_layout,
-    solve,
+    PERP_LCP_ACTIVE_SET,      sizeof(perp__active_set), 1, 0, NULL, perp__active_set_layout, solve,
     perp__active_set_release,
 };

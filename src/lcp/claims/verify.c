@@ -215,7 +215,7 @@ static perp_status enclose(perp__verify *v, int32_t *verdict)
     if (!v->M.column_starts || v->count <= PERP__SMALL_SPARSE)
         return enclose_dense(v, verdict);
     v->uses_dense = 0;
-    perp__principal_csc(&v->M, &block, v->starts, v->rows, v->block);
+    perp__principal_csc(&v->M, &block, 0.0, NULL, v->starts, v->rows, v->block);
     v->dominance.n = v->count;
     v->dominance.A = A;
     status = perp__dominance_factor(&v->dominance, v->context);

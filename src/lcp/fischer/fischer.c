@@ -160,7 +160,6 @@ const perp__lcp_method perp__lcp_fischer = {
     PERP__FISCHER_STARTS,
     0,
     NULL,
-    NULL,
     layout,
     solve,
     NULL,

@@ -398,5 +398,5 @@ static void release(void *work)
 }
 
 const perp__lcp_method perp__lcp_lemke = {
-    PERP_LCP_LEMKE, sizeof(perp__lemke), ATTEMPTS, 1, NULL, NULL, layout, solve, release,
+    PERP_LCP_LEMKE, sizeof(perp__lemke), ATTEMPTS, 1, NULL, layout, solve, release,
 };

@@ -7,12 +7,13 @@
 /* Exchanges are applied to a column a group at a time. */
 enum { GROUP = PERP__GROUP };
 
-/* Exchanges kept. Where the path is no longer than that, T is never updated; beyond, a delay means
- * longer sums for each column and fewer passes over T (bench/lcp_dense). */
-enum { LONGEST_DELAY = 128, DELAY = 64, LONG_DELAY_TO = 256 };
+/* Exchanges kept: twice as many as rows where U then has no more than so many entries, which caches
+ * hold. Most paths are no longer than that, and T is never updated; on larger tableaus a delay
+ * means longer sums for each column and fewer passes over T (bench/lcp_dense). */
+enum { MOST_ENTRIES = 1 << 18, DELAY = 64 };
 
-/* Small tableaus keep ties and zeros of exact data by plain arithmetic; from this size on the fused
- * kernels' speed counts. */
+/* Small tableaus are brought up to date by plain arithmetic, too, a column after the other: that
+ * keeps ties and zeros of exact data. From this size on the fused kernels' speed counts. */
 enum { FUSED_FROM = 96 };
 
 static size_t panels_of(int32_t rows)
@@ -43,11 +44,9 @@ void perp__tableau_layout(perp__arena *arena, perp__tableau *t, int32_t rows, in
     /* an odd number of panels, so that the columns of a tile don't meet in the same cache lines */
     const size_t ld = (panels_of(rows) | 1) * PERP__PANEL;
     const size_t width = ((size_t)columns + PERP__TILE - 1) / PERP__TILE * PERP__TILE;
-    const size_t delay = rows > LONG_DELAY_TO     ? DELAY
-                         : length < LONGEST_DELAY ? length
-                                                  : LONGEST_DELAY;
+    const size_t delay = 2 * length * length <= MOST_ENTRIES ? 2 * length : DELAY;
 
-    t->kernels = perp__panel_kernels_choose(rows >= FUSED_FROM);
+    t->kernels = perp__panel_kernels_number(0);
     t->leading_dimension = (int32_t)ld;
     t->delay = (int32_t)delay;
     t->T = perp__arena_take(arena, ld * width, sizeof(double));
@@ -80,11 +79,12 @@ void perp__tableau_column(perp__tableau *t, int32_t c, double *column)
 {
     const size_t pending = (size_t)t->pending, panels = panels_of(t->rows);
     const perp__exchanges e = {t->exchanged, t->pivots, t->L, (size_t)t->delay};
+    const double *from = t->T + (size_t)c * (size_t)t->leading_dimension;
     double v[GROUP];
     size_t last;
 
-    memcpy(column, t->T + (size_t)c * (size_t)t->leading_dimension,
-           (size_t)t->rows * sizeof *column);
+    if (column != from)
+        memcpy(column, from, (size_t)t->rows * sizeof *column);
     for (last = (size_t)t->rows; last < panels * PERP__PANEL; last++)
         column[last] = 0.0;
     for (size_t first = (size_t)t->started[c]; first < pending; first = last) {
@@ -184,12 +184,16 @@ static void flush_strip(perp__tableau *t, size_t begin, size_t width)
 
 void perp__tableau_flush(perp__tableau *t)
 {
-    const size_t columns = (size_t)t->columns, pending = (size_t)t->pending;
+    const size_t columns = (size_t)t->columns, ld = (size_t)t->leading_dimension;
+    const size_t pending = (size_t)t->pending;
+    const int32_t is_small = t->rows < FUSED_FROM;
 
-    for (size_t k = 0; k < pending; k++) /* all groups are one now */
+    for (int32_t c = 0; c < t->columns && is_small; c++)
+        perp__tableau_column(t, c, t->T + (size_t)c * ld);
+    for (size_t k = 0; k < pending && !is_small; k++) /* all groups are one now */
         for (size_t j = 0; j < k; j++)
             row_of(t, t->exchanged[k])[j * PERP__PANEL] = 0.0;
-    for (size_t begin = 0; begin < columns && pending > 0; begin += PERP__STRIP)
+    for (size_t begin = 0; begin < columns && pending > 0 && !is_small; begin += PERP__STRIP)
         flush_strip(t, begin, columns - begin < PERP__STRIP ? columns - begin : PERP__STRIP);
     forget(t);
 }

@@ -358,5 +358,5 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
     return PERP_OK;
 }
 
-const perp__lcp_method perp__lcp_pgs = {PERP_LCP_PGS, sizeof(pgs_work), 1,     0,   NULL,
+const perp__lcp_method perp__lcp_pgs = {PERP_LCP_PGS, sizeof(pgs_work), 1,     0,
                                         check,        layout,           solve, NULL};

@@ -2,10 +2,10 @@
  * (i / 16) * stride + k * 16 + i % 16 of an array, so that the kernels read it front to back. Rows
  * are padded to whole panels, and what lies in the padding is of no account.
  *
- * Every entry of a result is the chain of its own multiply-subtracts in the order of k. The plain
- * kernels round a product before they subtract it: a difference of equal products is 0 then, which
- * keeps ties of exact data ties. Those with a fused multiply-subtract are twice as fast. All plain
- * kernels give the same bits, and so do all fused ones. */
+ * Every entry of a result is the chain of its own multiply-subtracts in the order of k. Columns are
+ * brought up to date by plain ones, which round a product before they subtract it: a difference of
+ * equal products is 0 then, which keeps ties of exact data ties. Whole matrices are by fused ones,
+ * which are twice as fast. All kernels give the same bits. */
 #ifndef PERP_LINALG_PANELS_H
 #define PERP_LINALG_PANELS_H
 
@@ -23,7 +23,6 @@ typedef struct perp__exchanges {
 } perp__exchanges;
 
 typedef struct perp__panel_kernels {
-    int32_t fused;
     /* For k = first .. last-1, at most PERP__GROUP: v[k-first] := y[rows[k]] - (what that owes to
      * first .. k-1) and then y[rows[k]] := v[k-first] / pivots[k]. */
     void (*eliminate)(const perp__exchanges *e, size_t first, size_t last, double *v, double *y);
@@ -38,16 +37,12 @@ typedef struct perp__panel_kernels {
      * PERP__STRIP. */
     void (*subtract_rows)(size_t depth, const double *f, const double *V, double pivot, double *x,
                           double *quotients);
-    /* u := column / pivot (fused kernels multiply by 1 / pivot instead), into a column of U, and
-     * into := -u. */
+    /* u := column / pivot, into a column of U, and into := -u. */
     void (*keep)(size_t panels, double pivot, const double *column, double *into, double *u,
                  size_t stride);
 } perp__panel_kernels;
 
-/* The fastest kernels this processor has; plain ones where it has no fused ones. */
-const perp__panel_kernels *perp__panel_kernels_choose(int32_t fused);
-/* All that it has, the fastest first; returns how many. */
-enum { PERP__PANEL_KERNELS_MOST = 6 };
-int32_t perp__panel_kernels_find(const perp__panel_kernels **found);
+/* The kernels that this processor has, the fastest first: number 0, 1, ..., then NULL. */
+const perp__panel_kernels *perp__panel_kernels_number(int32_t number);
 
 #endif

@@ -1,32 +1,16 @@
-/* The kernels of panels.h, a template (lanes/vectors.h), included once for each instruction set
- * and arithmetic with
- *   NAME(x)     the name of a function of this set
- *   COLUMNS(X)  X(0) X(1) ... for the columns of a block: 2 vectors by as many columns as the
- *               registers hold
- *   FUSED       is c - a b rounded once?
- * NAME and FUSED are for one inclusion only. It defines NAME(kernels).
- *
- * Accumulators have names of their own: compilers spill what is an array. */
-
-/* c - a b, of vectors and of doubles */
-#if FUSED
-#define minus minus_fused
-#define minus_one(c, a, b) fma(-(a), (b), (c))
-#else
-#define minus minus_product
-#define minus_one(c, a, b) ((c) - (a) * (b))
-#endif
+/* The kernels of panels.h, a template (lanes/vectors.h). It defines NAME(kernels). Accumulators
+ * have names of their own: compilers spill what is an array. */
 
 /* x less what it owes to the first, the first two, ... of a group: in registers, since each waits
  * for the one before. */
 #define OWE_0(x, L) (x)
-#define OWE_1(x, L) minus_one(x, (L)[0], v0)
-#define OWE_2(x, L) minus_one(OWE_1(x, L), (L)[1], v1)
-#define OWE_3(x, L) minus_one(OWE_2(x, L), (L)[2], v2)
-#define OWE_4(x, L) minus_one(OWE_3(x, L), (L)[3], v3)
-#define OWE_5(x, L) minus_one(OWE_4(x, L), (L)[4], v4)
-#define OWE_6(x, L) minus_one(OWE_5(x, L), (L)[5], v5)
-#define OWE_7(x, L) minus_one(OWE_6(x, L), (L)[6], v6)
+#define OWE_1(x, L) ((x) - (L)[0] * v0)
+#define OWE_2(x, L) (OWE_1(x, L) - (L)[1] * v1)
+#define OWE_3(x, L) (OWE_2(x, L) - (L)[2] * v2)
+#define OWE_4(x, L) (OWE_3(x, L) - (L)[3] * v3)
+#define OWE_5(x, L) (OWE_4(x, L) - (L)[4] * v4)
+#define OWE_6(x, L) (OWE_5(x, L) - (L)[5] * v5)
+#define OWE_7(x, L) (OWE_6(x, L) - (L)[6] * v6)
 
 TARGET static void NAME(eliminate)(const perp__exchanges *e, size_t first, size_t last, double *v,
                                    double *y)
@@ -75,7 +59,7 @@ TARGET static void NAME(eight_vectors)(size_t depth, const double *u, size_t str
     size_t k;
 
 #define LOAD(q) lanes y##q = load(y + (q)*LANES);
-#define STEP(q) y##q = minus(y##q, U_AT(u, q), f);
+#define STEP(q) y##q = minus_product(y##q, U_AT(u, q), f);
 #define STORE(q) store(y + (q)*LANES, y##q);
     EIGHT(LOAD)
     for (k = 0; k < depth; k++, u += PERP__PANEL) {
@@ -104,8 +88,8 @@ TARGET static void NAME(subtract_vector)(size_t panels, size_t depth, const doub
         for (size_t k = 0; k < depth; k++, u += PERP__PANEL) {
             const lanes f = spread(v[k]);
 
-            a = minus(a, load(u), f);
-            b = minus(b, load(u + LANES), f);
+            a = minus_product(a, load(u), f);
+            b = minus_product(b, load(u + LANES), f);
         }
         store(y + i, a);
         store(y + i + LANES, b);
@@ -118,11 +102,11 @@ TARGET static void NAME(block)(size_t depth, const double *u, const double *v, d
     size_t k;
 
 #define LOAD(j) lanes a##j = load(c + (j)*ldc), b##j = load(c + (j)*ldc + LANES);
-#define STEP(j)                       \
-    {                                 \
-        const lanes f = spread(v[j]); \
-        a##j = minus(a##j, a, f);     \
-        b##j = minus(b##j, b, f);     \
+#define STEP(j)                         \
+    {                                   \
+        const lanes f = spread(v[j]);   \
+        a##j = minus_fused(a##j, a, f); \
+        b##j = minus_fused(b##j, b, f); \
     }
 #define STORE(j)              \
     store(c + (j)*ldc, a##j); \
@@ -130,14 +114,14 @@ TARGET static void NAME(block)(size_t depth, const double *u, const double *v, d
 #define AHEAD(j)                             \
     prefetch(c + ((j) + PERP__STRIP) * ldc); \
     prefetch(c + ((j) + PERP__STRIP) * ldc + 2 * LANES - 1);
-    COLUMNS(LOAD)
-    COLUMNS(AHEAD)
+    SIX(LOAD)
+    SIX(AHEAD)
     for (k = 0; k < depth; k++, u += PERP__PANEL, v += PERP__STRIP) {
         const lanes a = load(u), b = load(u + LANES);
 
-        COLUMNS(STEP)
+        SIX(STEP)
     }
-    COLUMNS(STORE)
+    SIX(STORE)
 #undef AHEAD
 #undef LOAD
 #undef STEP
@@ -149,14 +133,12 @@ TARGET static void NAME(subtract_tile)(size_t panels, size_t depth, const double
 {
     size_t p, i, j;
 
-#define ONE(j) +1
 #define block NAME(block)
     for (p = 0; p < panels; p++)
-        for (j = 0; j < PERP__TILE; j += COLUMNS(ONE))
+        for (j = 0; j < PERP__TILE; j += 6)
             for (i = 0; i < PERP__PANEL; i += 2 * LANES)
                 block(depth, U + p * stride + i, V + j, C + p * PERP__PANEL + i + j * ldc, ldc);
 #undef block
-#undef ONE
 }
 
 TARGET static void NAME(subtract_rows)(size_t depth, const double *f, const double *V, double pivot,
@@ -166,7 +148,7 @@ TARGET static void NAME(subtract_rows)(size_t depth, const double *f, const doub
     size_t j, k;
 
 #define LOAD(q) lanes x##q = load(x + j + (q)*LANES);
-#define STEP(q) x##q = minus(x##q, load(row + (q)*LANES), factor);
+#define STEP(q) x##q = minus_fused(x##q, load(row + (q)*LANES), factor);
 #define STORE(q)                    \
     store(x + j + (q)*LANES, x##q); \
     store(quotients + j + (q)*LANES, divide(x##q, p));
@@ -189,11 +171,11 @@ TARGET static void NAME(subtract_rows)(size_t depth, const double *f, const doub
 TARGET static void NAME(keep)(size_t panels, double pivot, const double *column, double *into,
                               double *u, size_t stride)
 {
-    const lanes p = spread(FUSED ? 1.0 / pivot : pivot), zero = spread(0.0);
+    const lanes p = spread(pivot), zero = spread(0.0);
 
     for (size_t i = 0; i < panels; i++, column += PERP__PANEL, into += PERP__PANEL, u += stride)
         for (size_t k = 0; k < PERP__PANEL; k += LANES) {
-            const lanes a = load(column + k), scaled = FUSED ? multiply(a, p) : divide(a, p);
+            const lanes a = load(column + k), scaled = divide(a, p);
 
             store(u + k, scaled);
             store(into + k, subtract(zero, scaled));
@@ -206,10 +188,6 @@ TARGET static void NAME(keep)(size_t panels, double pivot, const double *column,
 #undef EIGHT
 
 static const perp__panel_kernels NAME(kernels) = {
-    FUSED,     NAME(eliminate), NAME(subtract_vector), NAME(subtract_tile), NAME(subtract_rows),
-    NAME(keep)};
+    NAME(eliminate), NAME(subtract_vector), NAME(subtract_tile), NAME(subtract_rows), NAME(keep)};
 
 #undef NAME
-#undef FUSED
-#undef minus
-#undef minus_one

@@ -43,14 +43,13 @@ static int32_t collide_plane(const perp__placed *plane, const perp__placed *conv
     for (int32_t c = 0; c < polytope.corners; c++) {
         const double *at = polytope.corner + 3 * c;
         perp__point point;
-        double corner[3];
         point.gap =
             ((centre + at[0] * local[0]) + at[1] * local[1]) + at[2] * local[2] - polytope.radius;
         if (!(point.gap <= margin))
             continue;
-        perp__apply3(corner, convex->rotation, at);
-        perp__add3(corner, -(polytope.radius + 0.5 * point.gap), normal);
-        perp__along3(point.position, convex->position, 1.0, corner);
+        perp__apply3(point.position, convex->rotation, at);
+        perp__add3(point.position, -(polytope.radius + 0.5 * point.gap), normal);
+        perp__add3(point.position, 1.0, convex->position);
         perp__copy3(point.normal, normal);
         point.feature = c;
         if (count == PERP__MAX_POINTS) {

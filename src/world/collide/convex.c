@@ -392,18 +392,16 @@ static int32_t is_closest(const perp__convex_pair *pair, int32_t side, int32_t f
     return over;
 }
 
-static void closest_axis(const perp__convex_pair *pair, const perp__axis *axes, int32_t count,
+/* best: of the other axes, the one that separates most. */
+static void closest_axis(const perp__convex_pair *pair, const perp__axis *axes, int32_t best,
                          perp__axis *axis)
 {
-    int32_t best = 0, bare = pair->side[0].faces == 0 && pair->side[1].faces == 0;
+    const int32_t bare = pair->side[0].faces == 0 && pair->side[1].faces == 0;
     perp__closest closest;
     axis->separation = -INFINITY;
     axis->normal[0] = axis->normal[1] = axis->normal[2] = 0.0;
     if (!(pair->radius > 0.0))
         return;
-    for (int32_t k = 1; k < count; k++)
-        if (axes[k].separation > axes[best].separation)
-            best = k;
     if (!bare) {
         const double separation = axes[best].separation;
         const int32_t faces = pair->side[0].faces, side = best >= faces;
@@ -446,7 +444,9 @@ int32_t perp__convex_axes(const perp__convex_pair *pair, double far, perp__axes 
         best_product(pair, direction, 0, most, -INFINITY, INFINITY, edges->normal, &edges->number) -
         pair->radius;
     closest->number = PERP__CLOSEST_AXIS;
-    closest_axis(pair, axes->axis, count + 1, closest);
+    if (edges->separation > axes->axis[best].separation + PERP__NEGLIGIBLE * pair->size)
+        best = count; /* else a product that is the face's normal may win by rounding */
+    closest_axis(pair, axes->axis, best, closest);
     axes->count = count + 2;
     return 1;
 }

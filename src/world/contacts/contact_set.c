@@ -35,9 +35,18 @@ perp_status perp__reserve_contacts(perp_world *world, perp__contact_set *set, in
     return status == PERP_OK ? grow(world, set, needed) : status;
 }
 
-/* Writes point number i of a set, which takes no part yet; the contact `last` before, if there is
- * one, may be the same pair's: what the points of a pair have in common is that one's then. Arms
- * are from the mass centres of bodies in the given states. */
+void perp__write_arms(perp__world_contact *contact, const double *centre_a, const double *centre_b)
+{
+    const double half = 0.5 * fmax(contact->gap, 0.0);
+
+    perp__subtract3(contact->arms[0], contact->position, centre_a);
+    perp__add3(contact->arms[0], -half, contact->axes[0]);
+    perp__subtract3(contact->arms[1], contact->position, centre_b);
+    perp__add3(contact->arms[1], half, contact->axes[0]);
+}
+
+/* Writes point number i of a set, which takes no part yet, of bodies in these states; the contact
+ * `last` before may be the same pair's: what points of a pair have in common is that one's then. */
 static void write_contact(const perp_world *world, const perp__contact_set *set, int32_t i,
                           const perp__world_contact *last, const perp__pair *pair,
                           const perp__point *point, const perp__state *states)
@@ -75,8 +84,7 @@ static void write_contact(const perp_world *world, const perp__contact_set *set,
     contact->feature = (uint64_t)point->feature;
     perp__copy3(contact->position, point->position);
     contact->gap = point->gap;
-    perp__subtract3(contact->arms[0], point->position, states[a->body].position);
-    perp__subtract3(contact->arms[1], point->position, states[b->body].position);
+    perp__write_arms(contact, states[a->body].position, states[b->body].position);
     perp__recall(world, pair, contact, response->warm, response->base);
     memset(tie, 0, sizeof *tie);
     tie->body[0] = contact->body_a;

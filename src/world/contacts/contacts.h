@@ -129,6 +129,8 @@ perp__world_contact *perp__append_contact(const perp_world *world, perp__contact
 void perp__prepare_contact(const perp_world *world, const perp__contact_set *set, int32_t i);
 void perp__write_touching(const perp_world *world, int32_t i, const perp__world_contact *last,
                           const perp__pair *pair, const perp__point *point);
+/* Arms from these mass centres to the surfaces of both shapes, which meet as the gap is closed. */
+void perp__write_arms(perp__world_contact *contact, const double *centre_a, const double *centre_b);
 /* How far the motion at hand takes any point of a body. */
 double perp__longest_displacement(const perp_world *world, int32_t body, double h);
 /* What sweeps move they take out of overlaps as well, unless joints took it elsewhere. */

@@ -17,26 +17,24 @@ static void set_back(perp__world_contact *contact, double t, const perp__moving 
                      const perp__moving *b)
 {
     const double *normal = contact->axes[0];
-    double met[3], closed = 0.0;
+    double centres[2][3], closed = 0.0;
 
-    perp__copy3(met, contact->position);
+    perp__along3(centres[0], a->centre, t, a->displacement);
+    perp__along3(centres[1], b->centre, t, b->displacement);
+    perp__write_arms(contact, centres[0], centres[1]);
     for (int32_t side = 0; side < 2; side++) {
         const perp__moving *moving = side == 0 ? a : b;
-        double *arm = contact->arms[side], turned[3], at[3], along;
+        double *arm = contact->arms[side], at[3], along;
 
-        for (int32_t k = 0; k < 3; k++)
-            arm[k] = met[k] - (moving->centre[k] + t * moving->displacement[k]);
         if (t * perp__length3(moving->displacement) > moving->reach) {
             along = perp__dot3(normal, arm);
             for (int32_t k = 0; k < 3; k++)
                 arm[k] = along * normal[k];
         }
-        perp__cross(turned, moving->turn, arm);
-        for (int32_t k = 0; k < 3; k++)
-            at[k] = moving->displacement[k] + turned[k];
+        perp__cross(at, moving->turn, arm);
+        perp__add3(at, 1.0, moving->displacement);
         closed += (side == 0 ? t : -t) * perp__dot3(normal, at);
-        for (int32_t k = 0; k < 3; k++)
-            contact->position[k] -= 0.5 * t * at[k];
+        perp__add3(contact->position, -0.5 * t, at);
     }
     contact->gap += closed;
 }
@@ -143,7 +141,7 @@ static int32_t presses(const perp_world *world, const perp__world_contact *conta
  *
  *   f(t) = gap + t n.v + n.(R(t w) - 1) r = gap + t a + b sin(t |w|) + c (1 - cos(t |w|)),
  *
- * r to the core of the shape: contacts are midway between surfaces. f'' >= -|w|^2 |(b, c)|. */
+ * r to the core of the shape. f'' >= -|w|^2 |(b, c)|. */
 static int32_t meets_plane(const perp_world *world, const perp__world_contact *contact,
                            const double ways[2][6])
 {
@@ -155,8 +153,7 @@ static int32_t meets_plane(const perp_world *world, const perp__world_contact *c
     if (!perp__is_zero3(beside + 3))
         return 1;
     perp__add3(n, side == 1 ? 1.0 : -1.0, contact->axes[0]);
-    perp__along3(core, contact->arms[side],
-                 world->shapes[shapes[side]].geometry.radius + 0.5 * contact->gap, n);
+    perp__along3(core, contact->arms[side], world->shapes[shapes[side]].geometry.radius, n);
     perp__copy3(axis, v + 3);
     const double angle = perp__normalise3(axis);
     perp__cross(rate, axis, core);

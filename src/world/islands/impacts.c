@@ -78,9 +78,10 @@ double perp__forced_speed(const perp_world *world, const perp__island *island, i
                 fabs(perp__row_velocity(world, i, 0, world->work.gain, island->bodies, 0)));
 }
 
-/* Marks contacts of the interval at hand that are hit in it, beside those that are; returns whether
- * there are any. slow: the share of a step's change of velocity below which an approach is none.
- * After an impact those without restitution are hit as well: what it throws at them stops there. */
+/* Marks contacts that the interval at hand closes, and that are hit in it, beside those that are;
+ * returns whether there are any. Which of a face's press is the method's choice: all of them close.
+ * slow: the share of a step's change of velocity below which an approach is none. After an impact
+ * those without restitution are hit as well: what it throws at them stops there. */
 static int32_t find_hits(perp_world *world, const perp__island *island, double h, int32_t impacts,
                          double slow)
 {
@@ -89,15 +90,17 @@ static int32_t find_hits(perp_world *world, const perp__island *island, double h
     int32_t i, hits = 0;
 
     for (i = 0; i < work->count; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, work->chosen[i]);
         const double u = work->came[i];
         const double forced = perp__row_velocity(world, i, 0, work->gain, island->bodies, 0);
         const double speed = sqrt(fmax(u * u - 2.0 * forced / h * work->gap[work->chosen[i]], 0.0));
-        const double made = perp__forced_speed(world, island, i, lies);
         const double terms = perp__normal_terms(world, i, work->now, island->bodies);
+        const double after = perp__row_velocity(world, i, 0, work->v, island->bodies, 1);
 
-        if ((contact->restitution > 0.0 || impacts > 0) && work->impulse[3 * i] > 0.0 &&
-            speed > slow * made + PERP__NEGLIGIBLE * terms)
+        if ((perp__step_contact(world, island, work->chosen[i])->restitution > 0.0 ||
+             impacts > 0) &&
+            (work->impulse[3 * i] > 0.0 ||
+             after + work->rows[i].bias[0] <= perp__exact_tol(world) * terms) &&
+            speed > slow * perp__forced_speed(world, island, i, lies) + PERP__NEGLIGIBLE * terms)
             hits += work->hit[work->chosen[i]] = 1;
     }
     return hits;

@@ -178,20 +178,17 @@ void perp__pose_sweep(perp_world *world, const perp__island *island, double h,
     perp__island_work *work = &world->work;
     perp__passes *step = &sweeping->step;
     const int32_t substeps = world->settings.substeps;
+    const double deep = island->joints > 0 ? perp__level_of(world)->deep / PERP__NEAR : 0.0;
 
     /* 1. The rows, the budget, and what contacts may close. */
     pose_rows(world, island, h);
-    memset(step, 0, sizeof *step);
-    step->h = h;
+    *step = (perp__passes){.h = h, .measures = 1, .gap = work->gap, .guard = work->guard};
     step->passes = substeps > 0 ? PASSES_OF_A_SUBSTEP * substeps : PERP__PASSES;
     step->rounds = substeps > 0         ? 1
                    : island->joints > 0 ? ROUNDS
                                         : (int32_t)fmax(ROUNDS, sqrt(mass_ratio(world, island, 0)));
-    step->measures = 1;
-    step->clear = perp__has_put(world, island) ? 0 : CLEAR; /* the projection's */
-    step->deep = sweeping->carried ? 0.0 : TOO_DEEP;        /* what settles sinks no more */
-    step->gap = work->gap;
-    step->guard = work->guard;
+    step->clear = perp__has_put(world, island) ? 0 : CLEAR;      /* the projection's */
+    step->deep = sweeping->carried ? 0.0 : fmax(TOO_DEEP, deep); /* what settles sinks no more */
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
