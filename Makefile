@@ -145,7 +145,7 @@ HEADERS := $(sort $(wildcard include/perp/*.h))
 # No public function and nothing that changes may be in these files (make check-abi).
 COMMON := base/arena base/check base/clock base/context base/handle \
     linalg/blas$(if $(filter internal,$(BLAS)),_internal) linalg/cone linalg/doubled \
-    linalg/held_rows linalg/lanes/loops linalg/matrix linalg/multiply linalg/pivoting \
+    linalg/active_rows linalg/lanes/loops linalg/matrix linalg/multiply linalg/pivoting \
     patterns/patterns patterns/polyhedron
 COMMON_OBJECTS := $(COMMON:%=$(B)/obj/src/%.o)
 

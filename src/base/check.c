@@ -43,7 +43,7 @@ perp_status perp__struct_check(perp_context *context, const char *name, const vo
     return PERP_OK;
 }
 
-perp_status perp__struct_read(perp_context *context, const char *name, void *own, size_t own_size,
+perp_status perp__struct_read(perp_context *context, const char *name, void *copy, size_t own_size,
                               const void *caller, size_t first_size)
 {
     perp_status status;
@@ -55,18 +55,18 @@ perp_status perp__struct_read(perp_context *context, const char *name, void *own
     if (status != PERP_OK)
         return status;
     memcpy(&size, caller, sizeof size);
-    memcpy(own, caller, size < own_size ? size : own_size);
+    memcpy(copy, caller, size < own_size ? size : own_size);
     return PERP_OK;
 }
 
-void perp__struct_write(void *caller, const void *own, size_t own_size)
+void perp__struct_write(void *caller, const void *copy, size_t own_size)
 {
     size_t size;
 
     memcpy(&size, caller, sizeof size);
     if (size > own_size)
         size = own_size;
-    memcpy((char *)caller + sizeof size, (const char *)own + sizeof size, size - sizeof size);
+    memcpy((char *)caller + sizeof size, (const char *)copy + sizeof size, size - sizeof size);
 }
 
 /* What a field has to be, in words. */

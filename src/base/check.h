@@ -70,7 +70,7 @@ perp_status perp__struct_init(void *object, size_t size, size_t first_size);
 /* Copies a caller's struct over `own`, which holds the defaults, as far as the caller's struct
  * reaches. NULL leaves the defaults. Tells apart: not initialised or too small, too large, and a
  * tail this library does not know that is not zero. `context` may be NULL: then no message. */
-perp_status perp__struct_read(perp_context *context, const char *name, void *own, size_t own_size,
+perp_status perp__struct_read(perp_context *context, const char *name, void *copy, size_t own_size,
                               const void *caller, size_t first_size);
 
 /* Checks an output struct before the work starts; NULL is refused. */
@@ -78,7 +78,7 @@ perp_status perp__struct_check(perp_context *context, const char *name, const vo
                                size_t own_size, size_t first_size);
 
 /* Copies `own` into the caller's struct, all but struct_size, as far as the caller's reaches. */
-void perp__struct_write(void *caller, const void *own, size_t own_size);
+void perp__struct_write(void *caller, const void *copy, size_t own_size);
 
 /* The whole T_init of a struct whose defaults are 0. */
 #define PERP__INIT(T)                                           \
@@ -113,8 +113,8 @@ void perp__struct_write(void *caller, const void *own, size_t own_size);
  * name that `caller` has here. */
 #define PERP__CHECK(T, context, caller) \
     perp__struct_check(context, #caller, caller, sizeof(T), PERP__FIRST(T))
-#define PERP__READ(T, context, own, caller) \
-    perp__struct_read(context, #caller, own, sizeof(T), caller, PERP__FIRST(T))
+#define PERP__READ(T, context, copy, caller) \
+    perp__struct_read(context, #caller, copy, sizeof(T), caller, PERP__FIRST(T))
 
 /* A number in a struct and the interval that it has to be in. */
 typedef struct perp__field {
@@ -145,7 +145,7 @@ perp_status perp__check_fields(perp_context *context, const char *name, const vo
  * NULL, where all of `fields` are in their intervals and `agree`, an expression in context and
  * read, is PERP_OK; else own is untouched. */
 #define PERP__SETTINGS_READER(name, T, fields, agree)                        \
-    perp_status name(perp_context *context, T *own, const T *settings)       \
+    perp_status name(perp_context *context, T *copy, const T *settings)      \
     {                                                                        \
         T read;                                                              \
         perp_status status = T##_init(&read, sizeof read);                   \
@@ -157,7 +157,7 @@ perp_status perp__check_fields(perp_context *context, const char *name, const vo
         if (status == PERP_OK)                                               \
             status = PERP__CHECK_FIELDS(context, "settings", &read, fields); \
         if (status == PERP_OK)                                               \
-            *own = read;                                                     \
+            *copy = read;                                                    \
         return status;                                                       \
     }
 

@@ -50,27 +50,27 @@ void perp__context_init(perp_context *context, perp_allocate_function allocate,
 
 perp_status perp_context_create(perp_context **context, const perp_context_settings *settings)
 {
-    perp_context_settings own = {0};
+    perp_context_settings copy = {0};
     perp_status status;
     perp_context *made;
 
     if (!context)
         return PERP_ERROR_ARGUMENT;
-    status = PERP__READ(perp_context_settings, NULL, &own, settings);
+    status = PERP__READ(perp_context_settings, NULL, &copy, settings);
     if (status != PERP_OK)
         return status;
-    if (!own.allocate != !own.release)
+    if (!copy.allocate != !copy.release)
         return PERP_ERROR_ARGUMENT;
-    if (!own.allocate) {
-        own.allocate = default_allocate;
-        own.release = default_release;
+    if (!copy.allocate) {
+        copy.allocate = default_allocate;
+        copy.release = default_release;
     }
-    made = own.allocate(sizeof *made, own.allocator_user);
+    made = copy.allocate(sizeof *made, copy.allocator_user);
     if (!made)
         return PERP_ERROR_MEMORY;
-    perp__context_init(made, own.allocate, own.release, own.allocator_user);
-    made->log = own.log;
-    made->log_user = own.log_user;
+    perp__context_init(made, copy.allocate, copy.release, copy.allocator_user);
+    made->log = copy.log;
+    made->log_user = copy.log_user;
     *context = made;
     return PERP_OK;
 }

@@ -9,44 +9,44 @@ typedef struct head {
 
 int32_t perp__handle_is(const void *handle, const perp__kind *kind)
 {
-    const perp__kind *own = NULL;
+    const perp__kind *copy = NULL;
 
     if (handle)
-        memcpy(&own, handle, sizeof own);
-    return own == kind;
+        memcpy(&copy, handle, sizeof copy);
+    return copy == kind;
 }
 
 static head head_of(const void *handle)
 {
-    head own;
+    head copy;
 
-    memcpy(&own, handle, sizeof own);
-    return own;
+    memcpy(&copy, handle, sizeof copy);
+    return copy;
 }
 
 void *perp__handle_create(perp_context *context, const perp__kind *kind)
 {
-    const head own = {kind, context};
+    const head copy = {kind, context};
     void *made = perp__allocate_zeros(context, 1, kind->size, kind->name);
 
     if (!made)
         return NULL;
-    memcpy(made, &own, sizeof own);
+    memcpy(made, &copy, sizeof copy);
     context->children++;
     return made;
 }
 
 void perp__handle_end(void *handle)
 {
-    head own;
+    head copy;
 
     if (!handle)
         return;
-    own = head_of(handle);
-    own.kind->release(handle);
-    memset(handle, 0, sizeof own);
-    perp__release(own.context, handle);
-    own.context->children--;
+    copy = head_of(handle);
+    copy.kind->release(handle);
+    memset(handle, 0, sizeof copy);
+    perp__release(copy.context, handle);
+    copy.context->children--;
 }
 
 perp_status perp__handle_enter(const void *handle, const perp__kind *kind)

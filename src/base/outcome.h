@@ -13,10 +13,10 @@
  * Two witnesses, because each alone is fooled: the tested residual by a row that hides behind a
  * larger one, the own residual by rows that consist of rounding alone. */
 typedef struct perp__evidence {
-    double tested;   /* ||r'||_inf */
-    double own;      /* the largest residual of a row or contact beside its own terms */
-    double backward; /* row-wise backward error; INFINITY where the class has none */
-    int32_t sound;   /* all that would be returned is finite, and nothing else speaks against it */
+    double tested;       /* ||r'||_inf */
+    double own_residual; /* the largest residual of a row or contact beside its own terms */
+    double backward;     /* row-wise backward error; INFINITY where the class has none */
+    int32_t sound; /* all that would be returned is finite, and nothing else speaks against it */
 } perp__evidence;
 
 /* What a row may always miss of the largest terms around it, in units of tol: below 1e-5 the far
@@ -36,7 +36,7 @@ static inline int32_t perp__is_good(perp_outcome outcome)
 /* Written so that a NaN fails. */
 static inline int32_t perp__evidence_holds(const perp__evidence *evidence, double tol)
 {
-    return evidence->sound && evidence->tested <= tol && evidence->own <= tol;
+    return evidence->sound && evidence->tested <= tol && evidence->own_residual <= tol;
 }
 
 /* The outcome of a point: solved, rounding_limit, or what the method `said` where the numbers do

@@ -264,11 +264,11 @@ static int32_t do_portion(perp__portion *portion)
 }
 
 /* What is left of the other portions: to look at them keeps those who are at work there waiting. */
-static int32_t do_others(perp__tasks *tasks, int32_t own)
+static int32_t do_others(perp__tasks *tasks, int32_t self)
 {
     int32_t done = 0;
 
-    for (int32_t k = own + 1; k < own + tasks->threads; k++)
+    for (int32_t k = self + 1; k < self + tasks->threads; k++)
         done += do_portion(&tasks->portions[k % tasks->threads]);
     return done;
 }
@@ -339,7 +339,7 @@ void perp__tasks_pieces(perp__tasks *tasks, int32_t first, int32_t end, perp_tas
 {
     const int32_t threads = tasks->threads;
     const uint64_t count = (uint64_t)(end - first);
-    perp__portion *own = &tasks->portions[threads - 1]; /* others have the other numbers */
+    perp__portion *self = &tasks->portions[threads - 1]; /* others have the other numbers */
     int32_t left = end - first;
     uint32_t looks = 0;
 
@@ -355,7 +355,7 @@ void perp__tasks_pieces(perp__tasks *tasks, int32_t first, int32_t end, perp_tas
     }
     if (tasks->run)
         perp__tasks_run(tasks, take_part, tasks);
-    left -= do_portion(own);
+    left -= do_portion(self);
     while (__atomic_load_n(&tasks->pieces_done, __ATOMIC_ACQUIRE) < left)
         if (look_again(&looks))
             left -= do_others(tasks, threads - 1);

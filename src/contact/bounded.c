@@ -19,32 +19,32 @@ static double upper_of(const perp_contact_laws *laws, int32_t i)
     return laws->upper ? laws->upper[i] : INFINITY;
 }
 
-static int32_t kind_of(const perp__contact_bounded *own, int32_t i)
+static int32_t kind_of(const perp__contact_bounded *set, int32_t i)
 {
-    return (own->low[i] > -INFINITY ? LOWER : 0) | (own->high[i] < INFINITY ? UPPER : 0);
+    return (set->low[i] > -INFINITY ? LOWER : 0) | (set->high[i] < INFINITY ? UPPER : 0);
 }
 
-void perp__contact_bounded_count(perp__contact_bounded *own, const perp_contact_laws *laws,
+void perp__contact_bounded_count(perp__contact_bounded *set, const perp_contact_laws *laws,
                                  int32_t rows)
 {
-    own->count = laws->bounded;
-    own->contacts = own->own_contacts = laws->contacts;
-    own->rows = rows + laws->bounded;
-    own->own_rows = rows;
-    own->free = own->boxes = 0;
+    set->count = laws->bounded;
+    set->contacts = set->own_contacts = laws->contacts;
+    set->rows = rows + laws->bounded;
+    set->own_rows = rows;
+    set->free = set->boxes = 0;
     for (int32_t i = 0; i < laws->bounded; i++) {
         const int32_t bounds = (lower_of(laws, i) > -INFINITY) + (upper_of(laws, i) < INFINITY);
 
-        own->free += bounds == 0;
-        own->boxes += bounds == 2;
-        own->own_contacts += bounds > 0;
-        own->own_rows += bounds;
+        set->free += bounds == 0;
+        set->boxes += bounds == 2;
+        set->own_contacts += bounds > 0;
+        set->own_rows += bounds;
     }
 }
 
-static int32_t own_size(const perp__contact_bounded *own)
+static int32_t own_size(const perp__contact_bounded *set)
 {
-    return own->own_rows + own->free + own->size - own->rows;
+    return set->own_rows + set->free + set->size - set->rows;
 }
 
 /* Entries of A, were none of them 0. */
@@ -55,107 +55,107 @@ static int64_t entries_of(const perp__matrix *A)
 
 static void lay_out(perp__arena *arena, void *object)
 {
-    perp__contact_bounded *own = object;
-    const size_t size = (size_t)own->size, own_contacts = (size_t)own->own_contacts;
-    const size_t larger = (size_t)(own_size(own) > own->n ? own_size(own) : own->n);
+    perp__contact_bounded *set = object;
+    const size_t size = (size_t)set->size, own_contacts = (size_t)set->own_contacts;
+    const size_t larger = (size_t)(own_size(set) > set->n ? own_size(set) : set->n);
 
-    PERP__DOUBLES(arena, (size_t)own->count, &own->low, &own->high, &own->reach, &own->likely,
-                  &own->near_low, &own->near_high);
-    own->contact_of = perp__arena_take(arena, (size_t)own->count, sizeof(int32_t));
-    own->row = perp__arena_take(arena, size, sizeof(int32_t));
-    PERP__DOUBLES(arena, size, &own->sign, &own->shift, &own->work);
-    PERP__INTEGERS(arena, own_contacts, &own->dims, &own->two_sided);
-    PERP__DOUBLES(arena, own_contacts, &own->bound, &own->mu, &own->rolling, &own->spinning);
-    PERP__DOUBLES(arena, larger, &own->compliance, &own->f, &own->w, &own->r0);
-    PERP__DOUBLES(arena, (size_t)own_size(own), &own->load, &own->away);
+    PERP__DOUBLES(arena, (size_t)set->count, &set->low, &set->high, &set->reach, &set->likely,
+                  &set->near_low, &set->near_high);
+    set->contact_of = perp__arena_take(arena, (size_t)set->count, sizeof(int32_t));
+    set->row = perp__arena_take(arena, size, sizeof(int32_t));
+    PERP__DOUBLES(arena, size, &set->sign, &set->shift, &set->work);
+    PERP__INTEGERS(arena, own_contacts, &set->dims, &set->two_sided);
+    PERP__DOUBLES(arena, own_contacts, &set->bound, &set->mu, &set->rolling, &set->spinning);
+    PERP__DOUBLES(arena, larger, &set->compliance, &set->f, &set->w, &set->r0);
+    PERP__DOUBLES(arena, (size_t)own_size(set), &set->load, &set->away);
     for (int32_t k = 0; k < 2; k++) {
-        perp__contact_lines *lines = &own->lines[k];
+        perp__contact_lines *lines = &set->lines[k];
 
         lines->starts =
-            perp__arena_take(arena, (size_t)(own->by_W ? own_size(own) : own->n) + 1, 4);
+            perp__arena_take(arena, (size_t)(set->by_W ? own_size(set) : set->n) + 1, 4);
         lines->indices = perp__arena_take(arena, (size_t)lines->room, sizeof(int32_t));
         lines->values = perp__arena_take(arena, (size_t)lines->room, sizeof(double));
     }
 }
 
 /* Shift and half width of row i among the bounded, by the bounds that count. */
-static void set_bounds(perp__contact_bounded *own, int32_t i, double low, double high)
+static void set_bounds(perp__contact_bounded *set, int32_t i, double low, double high)
 {
-    const int32_t kind = kind_of(own, i);
+    const int32_t kind = kind_of(set, i);
     const double half = 0.5 * high - 0.5 * low;
 
-    own->near_low[i] = low;
-    own->near_high[i] = high;
-    own->shift[own->rows - own->count + i] = kind == LOWER   ? low
+    set->near_low[i] = low;
+    set->near_high[i] = high;
+    set->shift[set->rows - set->count + i] = kind == LOWER   ? low
                                              : kind == UPPER ? high
                                                              : 0.5 * low + 0.5 * high;
-    own->bound[own->contact_of[i]] = kind != BOTH ? 0.0 : half > 0.0 ? half : 1.0;
+    set->bound[set->contact_of[i]] = kind != BOTH ? 0.0 : half > 0.0 ? half : 1.0;
 }
 
 /* Where each given row is among the own ones, and the contacts that rows with bounds become. */
-static void place_rows(perp__contact_bounded *own, const perp_contact_laws *laws)
+static void place_rows(perp__contact_bounded *set, const perp_contact_laws *laws)
 {
-    const int32_t first = own->rows - own->count;
-    int32_t contact = own->contacts, row = first, free = own->own_rows;
+    const int32_t first = set->rows - set->count;
+    int32_t contact = set->contacts, row = first, free = set->own_rows;
 
-    for (int32_t i = 0; i < own->size; i++) {
-        own->row[i] = i < first ? i : own->own_rows + own->free + i - own->rows;
-        own->sign[i] = 1.0;
-        own->shift[i] = 0.0;
+    for (int32_t i = 0; i < set->size; i++) {
+        set->row[i] = i < first ? i : set->own_rows + set->free + i - set->rows;
+        set->sign[i] = 1.0;
+        set->shift[i] = 0.0;
     }
-    for (int32_t i = 0; i < own->count; i++) {
+    for (int32_t i = 0; i < set->count; i++) {
         const int32_t given = first + i;
         int32_t kind;
 
-        own->low[i] = lower_of(laws, i);
-        own->high[i] = upper_of(laws, i);
-        kind = kind_of(own, i);
+        set->low[i] = lower_of(laws, i);
+        set->high[i] = upper_of(laws, i);
+        kind = kind_of(set, i);
         if (kind == NEITHER) {
-            own->contact_of[i] = -1;
-            own->row[given] = free++;
+            set->contact_of[i] = -1;
+            set->row[given] = free++;
             continue;
         }
-        own->contact_of[i] = contact;
-        own->row[given] = row + (kind == BOTH);
-        own->sign[given] = kind == UPPER ? -1.0 : 1.0;
-        own->dims[contact] = kind == BOTH ? 2 : 1;
-        own->two_sided[contact] = 0;
-        own->mu[contact] = kind == BOTH && own->low[i] < own->high[i] ? 1.0 : 0.0;
-        own->rolling[contact] = own->spinning[contact] = 0.0;
-        set_bounds(own, i, own->low[i], own->high[i]);
-        row += own->dims[contact++];
+        set->contact_of[i] = contact;
+        set->row[given] = row + (kind == BOTH);
+        set->sign[given] = kind == UPPER ? -1.0 : 1.0;
+        set->dims[contact] = kind == BOTH ? 2 : 1;
+        set->two_sided[contact] = 0;
+        set->mu[contact] = kind == BOTH && set->low[i] < set->high[i] ? 1.0 : 0.0;
+        set->rolling[contact] = set->spinning[contact] = 0.0;
+        set_bounds(set, i, set->low[i], set->high[i]);
+        row += set->dims[contact++];
     }
-    own->given = own->free == 0;
-    own->shifts = 0;
-    for (int32_t i = 0; i < own->size; i++) {
-        own->shifts |= own->shift[i] != 0.0;
-        own->given &= own->row[i] == i && own->sign[i] > 0.0;
+    set->given = set->free == 0;
+    set->shifts = 0;
+    for (int32_t i = 0; i < set->size; i++) {
+        set->shifts |= set->shift[i] != 0.0;
+        set->given &= set->row[i] == i && set->sign[i] > 0.0;
     }
 }
 
-static void copy_laws(perp__contact_bounded *own, const perp_contact_laws *laws)
+static void copy_laws(perp__contact_bounded *set, const perp_contact_laws *laws)
 {
-    for (int32_t k = 0; k < own->contacts; k++) {
-        own->dims[k] = perp__contact_dim(laws, k);
-        own->two_sided[k] = laws->two_sided ? laws->two_sided[k] : 0;
-        own->bound[k] = 0.0;
-        own->mu[k] = laws->mu ? laws->mu[k] : 0.0;
-        own->rolling[k] = laws->rolling ? laws->rolling[k] : 0.0;
-        own->spinning[k] = laws->spinning ? laws->spinning[k] : 0.0;
+    for (int32_t k = 0; k < set->contacts; k++) {
+        set->dims[k] = perp__contact_dim(laws, k);
+        set->two_sided[k] = laws->two_sided ? laws->two_sided[k] : 0;
+        set->bound[k] = 0.0;
+        set->mu[k] = laws->mu ? laws->mu[k] : 0.0;
+        set->rolling[k] = laws->rolling ? laws->rolling[k] : 0.0;
+        set->spinning[k] = laws->spinning ? laws->spinning[k] : 0.0;
     }
-    memset(own->compliance, 0, (size_t)own_size(own) * sizeof(double));
-    for (int32_t i = 0; laws->compliance && i < own->size; i++)
-        own->compliance[own->row[i]] = laws->compliance[i];
-    own->laws = *laws;
-    own->laws.contacts = own->own_contacts;
-    own->laws.dims = own->dims;
-    own->laws.two_sided = own->two_sided;
-    own->laws.mu = own->mu;
-    own->laws.rolling = own->rolling;
-    own->laws.spinning = own->spinning;
-    own->laws.compliance = own->compliance;
-    own->laws.bilateral = own->free + own->size - own->rows;
-    own->laws.bounded = 0;
+    memset(set->compliance, 0, (size_t)own_size(set) * sizeof(double));
+    for (int32_t i = 0; laws->compliance && i < set->size; i++)
+        set->compliance[set->row[i]] = laws->compliance[i];
+    set->laws = *laws;
+    set->laws.contacts = set->own_contacts;
+    set->laws.dims = set->dims;
+    set->laws.two_sided = set->two_sided;
+    set->laws.mu = set->mu;
+    set->laws.rolling = set->rolling;
+    set->laws.spinning = set->spinning;
+    set->laws.compliance = set->compliance;
+    set->laws.bilateral = set->free + set->size - set->rows;
+    set->laws.bounded = 0;
 }
 
 /* Columns that are being written: own rows from `begin` up to `end`, the first of them number
@@ -166,7 +166,7 @@ typedef struct writer {
 } writer;
 
 /* Appends what becomes of `sign` times column j of A, whose first row is the given row `first`. */
-static void append(const perp__contact_bounded *own, writer *to, const perp__matrix *A, int32_t j,
+static void append(const perp__contact_bounded *set, writer *to, const perp__matrix *A, int32_t j,
                    int32_t first, double sign)
 {
     const perp__line sparse = perp__line_of(A, A->column_starts ? j : 0);
@@ -177,12 +177,12 @@ static void append(const perp__contact_bounded *own, writer *to, const perp__mat
         const double value =
             A->column_starts ? sparse.values[k]
                              : A->values[(size_t)i * A->row_stride + (size_t)j * A->column_stride];
-        const int32_t row = value == 0.0 ? -1 : own->row[first + i];
+        const int32_t row = value == 0.0 ? -1 : set->row[first + i];
 
         if (row < to->begin || row >= to->end)
             continue;
         to->lines->indices[to->at] = row - to->begin + to->base;
-        to->lines->values[to->at++] = sign * own->sign[first + i] * value;
+        to->lines->values[to->at++] = sign * set->sign[first + i] * value;
     }
 }
 
@@ -191,41 +191,41 @@ static void view(const perp__contact_lines *lines, int32_t rows, int32_t columns
     *A = (perp__matrix){rows, columns, 1, 1, lines->values, lines->starts, lines->indices};
 }
 
-static void copy_rows(perp__contact_bounded *own, perp__dynamics *dynamics)
+static void copy_rows(perp__contact_bounded *set, perp__dynamics *dynamics)
 {
-    const int32_t size = own_size(own);
-    writer H = {&own->lines[0], 0, own->own_rows, 0, 0};
-    writer G = {&own->lines[1], own->own_rows, size, 0, 0};
+    const int32_t size = own_size(set);
+    writer H = {&set->lines[0], 0, set->own_rows, 0, 0};
+    writer G = {&set->lines[1], set->own_rows, size, 0, 0};
 
-    for (int32_t j = 0; j < own->n; j++) {
+    for (int32_t j = 0; j < set->n; j++) {
         H.lines->starts[j] = H.at;
         G.lines->starts[j] = G.at;
-        append(own, &H, &own->H, j, 0, 1.0);
-        if (own->free > 0)
-            append(own, &G, &own->H, j, 0, 1.0);
-        if (own->G.rows > 0)
-            append(own, &G, &own->G, j, own->rows, 1.0);
+        append(set, &H, &set->H, j, 0, 1.0);
+        if (set->free > 0)
+            append(set, &G, &set->H, j, 0, 1.0);
+        if (set->G.rows > 0)
+            append(set, &G, &set->G, j, set->rows, 1.0);
     }
-    H.lines->starts[own->n] = H.at;
-    G.lines->starts[own->n] = G.at;
-    view(H.lines, own->own_rows, own->n, &dynamics->H);
-    if (size > own->own_rows)
-        view(G.lines, size - own->own_rows, own->n, &dynamics->G);
+    H.lines->starts[set->n] = H.at;
+    G.lines->starts[set->n] = G.at;
+    view(H.lines, set->own_rows, set->n, &dynamics->H);
+    if (size > set->own_rows)
+        view(G.lines, size - set->own_rows, set->n, &dynamics->G);
     dynamics->size = size;
 }
 
 /* Columns in the own order. */
-static void copy_delassus(perp__contact_bounded *own, perp__matrix *W)
+static void copy_delassus(perp__contact_bounded *set, perp__matrix *W)
 {
-    const int32_t size = own_size(own);
-    perp__contact_lines *lines = &own->lines[0];
+    const int32_t size = own_size(set);
+    perp__contact_lines *lines = &set->lines[0];
     writer to = {lines, 0, 0, 0, 0};
     int32_t *column = lines[1].indices; /* given column of an own one; -1: none */
 
     for (int32_t j = 0; j < size; j++)
         column[j] = -1;
-    for (int32_t i = 0; i < own->size; i++)
-        column[own->row[i]] = i;
+    for (int32_t i = 0; i < set->size; i++)
+        column[set->row[i]] = i;
     for (int32_t j = 0; j < size; j++) {
         lines->starts[j] = to.at;
         if (column[j] < 0) { /* moves nothing: what it yields by is added later */
@@ -234,240 +234,240 @@ static void copy_delassus(perp__contact_bounded *own, perp__matrix *W)
             continue;
         }
         to.begin = to.base = 0;
-        to.end = own->own_rows;
-        append(own, &to, &own->H, column[j], 0, own->sign[column[j]]);
-        to.begin = to.base = own->own_rows;
+        to.end = set->own_rows;
+        append(set, &to, &set->H, column[j], 0, set->sign[column[j]]);
+        to.begin = to.base = set->own_rows;
         to.end = size;
-        append(own, &to, &own->H, column[j], 0, own->sign[column[j]]);
+        append(set, &to, &set->H, column[j], 0, set->sign[column[j]]);
     }
     lines->starts[size] = to.at;
     view(lines, size, size, W);
 }
 
 /* c of the normals that move nothing, near what their rows respond by: work. */
-static void yield(perp__contact_bounded *own)
+static void yield(perp__contact_bounded *set)
 {
-    for (int32_t i = 0; i < own->count; i++) {
-        const int32_t given = own->rows - own->count + i;
+    for (int32_t i = 0; i < set->count; i++) {
+        const int32_t given = set->rows - set->count + i;
 
-        if (kind_of(own, i) == BOTH)
-            own->compliance[own->row[given] - 1] = perp__contact_power_near(own->work[given]);
+        if (kind_of(set, i) == BOTH)
+            set->compliance[set->row[given] - 1] = perp__contact_power_near(set->work[given]);
     }
 }
 
-void perp__contact_bounded_yield(perp__contact_bounded *own, const double *W, double *compliance)
+void perp__contact_bounded_yield(perp__contact_bounded *set, const double *W, double *compliance)
 {
-    const size_t size = (size_t)own_size(own);
+    const size_t size = (size_t)own_size(set);
 
-    for (int32_t i = 0; i < own->size; i++)
-        own->work[i] = W[(size_t)own->row[i] * (size + 1)];
-    yield(own);
-    memcpy(compliance, own->compliance, size * sizeof *compliance);
+    for (int32_t i = 0; i < set->size; i++)
+        set->work[i] = W[(size_t)set->row[i] * (size + 1)];
+    yield(set);
+    memcpy(compliance, set->compliance, size * sizeof *compliance);
 }
 
-perp_status perp__contact_bounded_read(perp__contact_bounded *own, perp_context *context,
+perp_status perp__contact_bounded_read(perp__contact_bounded *set, perp_context *context,
                                        const perp_contact_laws *laws, perp__dynamics *dynamics,
                                        perp__matrix *W)
 {
     perp_status status;
 
-    memset(&own->G, 0, sizeof own->G);
-    own->by_W = dynamics == NULL;
-    own->H = dynamics ? dynamics->H : *W;
+    memset(&set->G, 0, sizeof set->G);
+    set->by_W = dynamics == NULL;
+    set->H = dynamics ? dynamics->H : *W;
     if (dynamics)
-        own->G = dynamics->G;
-    own->size = own->rows + laws->bilateral;
-    own->n = own->H.columns;
-    own->lines[0].room = entries_of(&own->H) + own->boxes;
-    own->lines[1].room = dynamics ? entries_of(&own->G) + own->lines[0].room : own_size(own);
-    status = perp__arena_fit(&own->arena, context, lay_out, own);
+        set->G = dynamics->G;
+    set->size = set->rows + laws->bilateral;
+    set->n = set->H.columns;
+    set->lines[0].room = entries_of(&set->H) + set->boxes;
+    set->lines[1].room = dynamics ? entries_of(&set->G) + set->lines[0].room : own_size(set);
+    status = perp__arena_fit(&set->arena, context, lay_out, set);
     if (status != PERP_OK)
         return status;
-    place_rows(own, laws);
-    copy_laws(own, laws);
-    if (own->given) /* they are the methods' rows as they are */
+    place_rows(set, laws);
+    copy_laws(set, laws);
+    if (set->given) /* they are the methods' rows as they are */
         return PERP_OK;
     if (dynamics)
-        copy_rows(own, dynamics);
+        copy_rows(set, dynamics);
     else
-        copy_delassus(own, W);
+        copy_delassus(set, W);
     if (dynamics && !dynamics->has_M)
         return PERP_OK; /* W will tell what rows respond by */
     if (!dynamics) {
-        perp__delassus_diagonal(&own->H, own->work);
+        perp__delassus_diagonal(&set->H, set->work);
     } else { /* by h M^-1 h', were M its diagonal */
-        const perp__contact_lines *H = &own->lines[0];
-        double *diagonal = own->f, *moved = own->w;
+        const perp__contact_lines *H = &set->lines[0];
+        double *diagonal = set->f, *moved = set->w;
 
         perp__delassus_diagonal(&dynamics->M, diagonal);
-        memset(moved, 0, (size_t)own->own_rows * sizeof *moved);
-        for (int32_t j = 0; j < own->n; j++)
+        memset(moved, 0, (size_t)set->own_rows * sizeof *moved);
+        for (int32_t j = 0; j < set->n; j++)
             for (int32_t k = H->starts[j]; k < H->starts[j + 1]; k++)
                 moved[H->indices[k]] += H->values[k] * (H->values[k] / diagonal[j]);
-        for (int32_t i = own->rows - own->count; i < own->rows; i++)
-            own->work[i] = own->row[i] < own->own_rows ? moved[own->row[i]] : 0.0;
+        for (int32_t i = set->rows - set->count; i < set->rows; i++)
+            set->work[i] = set->row[i] < set->own_rows ? moved[set->row[i]] : 0.0;
     }
-    yield(own);
+    yield(set);
     return PERP_OK;
 }
 
 /* ---- a call -------------------------------------------------------------------------------- */
 
 /* The number within the bounds that is nearest to 0. */
-static double nearest(const perp__contact_bounded *own, int32_t i)
+static double nearest(const perp__contact_bounded *set, int32_t i)
 {
-    return fmin(fmax(0.0, own->low[i]), own->high[i]);
+    return fmin(fmax(0.0, set->low[i]), set->high[i]);
 }
 
-int32_t perp__contact_bounded_is_far(const perp__contact_bounded *own)
+int32_t perp__contact_bounded_is_far(const perp__contact_bounded *set)
 {
-    for (int32_t i = 0; i < own->count; i++) {
-        const int32_t kind = kind_of(own, i);
-        const double middle = 0.5 * own->low[i] + 0.5 * own->high[i];
-        const double shift = kind == LOWER ? own->low[i] : kind == UPPER ? own->high[i] : middle;
+    for (int32_t i = 0; i < set->count; i++) {
+        const int32_t kind = kind_of(set, i);
+        const double middle = 0.5 * set->low[i] + 0.5 * set->high[i];
+        const double shift = kind == LOWER ? set->low[i] : kind == UPPER ? set->high[i] : middle;
 
-        if (kind != NEITHER && shift != nearest(own, i))
+        if (kind != NEITHER && shift != nearest(set, i))
             return 1;
     }
     return 0;
 }
 
-void perp__contact_bounded_draw_in(perp__contact_bounded *own)
+void perp__contact_bounded_draw_in(perp__contact_bounded *set)
 {
-    for (int32_t i = 0; i < own->count; i++) {
-        const double middle = nearest(own, i), reach = own->reach[i];
+    for (int32_t i = 0; i < set->count; i++) {
+        const double middle = nearest(set, i), reach = set->reach[i];
 
-        if (kind_of(own, i) != NEITHER) /* where there is no bound, none is made */
-            set_bounds(own, i,
-                       own->low[i] > -INFINITY ? fmax(own->low[i], middle - reach) : -INFINITY,
-                       own->high[i] < INFINITY ? fmin(own->high[i], middle + reach) : INFINITY);
+        if (kind_of(set, i) != NEITHER) /* where there is no bound, none is made */
+            set_bounds(set, i,
+                       set->low[i] > -INFINITY ? fmax(set->low[i], middle - reach) : -INFINITY,
+                       set->high[i] < INFINITY ? fmin(set->high[i], middle + reach) : INFINITY);
     }
-    own->shifts = 0;
-    for (int32_t i = 0; i < own->size; i++)
-        own->shifts |= own->shift[i] != 0.0;
-    for (int32_t i = 0; i < own_size(own); i++)
-        own->away[i] = 0.0;
-    for (int32_t i = 0; i < own->count; i++) {
-        const int32_t given = own->rows - own->count + i;
+    set->shifts = 0;
+    for (int32_t i = 0; i < set->size; i++)
+        set->shifts |= set->shift[i] != 0.0;
+    for (int32_t i = 0; i < own_size(set); i++)
+        set->away[i] = 0.0;
+    for (int32_t i = 0; i < set->count; i++) {
+        const int32_t given = set->rows - set->count + i;
 
-        if (kind_of(own, i) != NEITHER)
-            own->away[own->row[given]] = own->sign[given] * (own->shift[given] - nearest(own, i));
+        if (kind_of(set, i) != NEITHER)
+            set->away[set->row[given]] = set->sign[given] * (set->shift[given] - nearest(set, i));
     }
 }
 
-int32_t perp__contact_bounded_widen(perp__contact_bounded *own, const double *x, const double *u,
+int32_t perp__contact_bounded_widen(perp__contact_bounded *set, const double *x, const double *u,
                                     int32_t is_ray)
 {
     int32_t widened = 0;
 
-    for (int32_t i = 0; i < own->count; i++) {
-        const int32_t row = own->row[own->rows - own->count + i], kind = kind_of(own, i);
-        const int32_t low = own->near_low[i] > own->low[i], high = own->near_high[i] < own->high[i];
-        const double next = fmax(PERP__REACH * own->reach[i], own->likely[i]);
+    for (int32_t i = 0; i < set->count; i++) {
+        const int32_t row = set->row[set->rows - set->count + i], kind = kind_of(set, i);
+        const int32_t low = set->near_low[i] > set->low[i], high = set->near_high[i] < set->high[i];
+        const double next = fmax(PERP__REACH * set->reach[i], set->likely[i]);
         int32_t is_reached;
 
         if (kind == NEITHER || (!low && !high))
             continue;
         if (kind == BOTH)
-            is_reached = (low && x[row] <= -own->bound[own->contact_of[i]]) ||
-                         (high && x[row] >= own->bound[own->contact_of[i]]);
+            is_reached = (low && x[row] <= -set->bound[set->contact_of[i]]) ||
+                         (high && x[row] >= set->bound[set->contact_of[i]]);
         else /* what nothing drives stays there */
-            is_reached = x[row] <= 0.0 && (own->reach[i] > 0.0 || u[row] > 0.0);
+            is_reached = x[row] <= 0.0 && (set->reach[i] > 0.0 || u[row] > 0.0);
         if (!is_reached && !is_ray)
             continue;
-        own->reach[i] = is_ray || next == 0.0 ? INFINITY : next;
+        set->reach[i] = is_ray || next == 0.0 ? INFINITY : next;
         widened = 1;
     }
     return widened;
 }
 
-void perp__contact_bounded_pose(perp__contact_bounded *own, const perp__contact_call *given,
+void perp__contact_bounded_pose(perp__contact_bounded *set, const perp__contact_call *given,
                                 perp__contact_call *call)
 {
-    const int32_t first = own->rows - own->count;
-    const double *load = own->by_W ? given->q : given->f, *yields = own->compliance;
-    double *moved = own->by_W ? own->work : own->f;
+    const int32_t first = set->rows - set->count;
+    const double *load = set->by_W ? given->q : given->f, *yields = set->compliance;
+    double *moved = set->by_W ? set->work : set->f;
 
     /* 1. f + H'shift, or q + W shift. */
-    memcpy(moved, load, (size_t)own->n * sizeof *moved);
-    if (own->shifts && own->by_W)
-        perp__multiply(&own->H, own->shift, moved);
-    for (int32_t j = 0; j < own->n && own->shifts; j++)
-        moved[j] += own->by_W ? load[j] : perp__column_times(&own->H, j, own->shift);
+    memcpy(moved, load, (size_t)set->n * sizeof *moved);
+    if (set->shifts && set->by_W)
+        perp__multiply(&set->H, set->shift, moved);
+    for (int32_t j = 0; j < set->n && set->shifts; j++)
+        moved[j] += set->by_W ? load[j] : perp__column_times(&set->H, j, set->shift);
 
     /* 2. w and b of the own rows, and of normals that move nothing. */
-    for (int32_t i = 0; i < own->size; i++) {
-        const int32_t row = own->row[i];
-        const double w = own->by_W       ? own->work[i]
-                         : i < own->rows ? given->w[i]
-                         : given->b      ? given->b[i - own->rows]
+    for (int32_t i = 0; i < set->size; i++) {
+        const int32_t row = set->row[i];
+        const double w = set->by_W       ? set->work[i]
+                         : i < set->rows ? given->w[i]
+                         : given->b      ? given->b[i - set->rows]
                                          : 0.0;
 
-        own->w[row] = own->sign[i] * (w + yields[row] * own->shift[i]);
+        set->w[row] = set->sign[i] * (w + yields[row] * set->shift[i]);
     }
-    for (int32_t i = 0; i < own->count; i++) {
-        const int32_t row = own->row[first + i];
+    for (int32_t i = 0; i < set->count; i++) {
+        const int32_t row = set->row[first + i];
 
-        if (kind_of(own, i) == BOTH)
-            own->w[row - 1] = -(yields[row - 1] * own->bound[own->contact_of[i]]);
+        if (kind_of(set, i) == BOTH)
+            set->w[row - 1] = -(yields[row - 1] * set->bound[set->contact_of[i]]);
     }
 
     /* 3. The start, within the bounds; what lies beyond is clipped by the law. */
-    for (int32_t k = 0; k < own_size(own) && given->r0; k++)
-        own->r0[k] = 0.0;
-    for (int32_t i = 0; i < own->size && given->r0; i++)
-        own->r0[own->row[i]] = own->sign[i] * (given->r0[i] - own->shift[i]);
-    for (int32_t i = 0; i < own->count && given->r0; i++)
-        if (kind_of(own, i) == BOTH)
-            own->r0[own->row[first + i] - 1] = own->bound[own->contact_of[i]];
+    for (int32_t k = 0; k < own_size(set) && given->r0; k++)
+        set->r0[k] = 0.0;
+    for (int32_t i = 0; i < set->size && given->r0; i++)
+        set->r0[set->row[i]] = set->sign[i] * (given->r0[i] - set->shift[i]);
+    for (int32_t i = 0; i < set->count && given->r0; i++)
+        if (kind_of(set, i) == BOTH)
+            set->r0[set->row[first + i] - 1] = set->bound[set->contact_of[i]];
     *call = *given;
-    call->f = own->f;
-    call->w = own->w;
-    call->b = own->w + own->own_rows;
-    call->q = own->w;
-    call->r0 = given->r0 ? own->r0 : NULL;
+    call->f = set->f;
+    call->w = set->w;
+    call->b = set->w + set->own_rows;
+    call->q = set->w;
+    call->r0 = given->r0 ? set->r0 : NULL;
 }
 
-void perp__contact_bounded_impulses(const perp__contact_bounded *own, const double *x, double *r)
+void perp__contact_bounded_impulses(const perp__contact_bounded *set, const double *x, double *r)
 {
-    const int32_t first = own->rows - own->count;
+    const int32_t first = set->rows - set->count;
 
-    for (int32_t i = 0; i < own->size; i++) {
-        const double value = x[own->row[i]];
+    for (int32_t i = 0; i < set->size; i++) {
+        const double value = x[set->row[i]];
         const int32_t k = i - first;
 
-        r[i] = value == 0.0 ? own->shift[i] : own->shift[i] + own->sign[i] * value;
-        if (k < 0 || k >= own->count || kind_of(own, k) != BOTH)
+        r[i] = value == 0.0 ? set->shift[i] : set->shift[i] + set->sign[i] * value;
+        if (k < 0 || k >= set->count || kind_of(set, k) != BOTH)
             continue;
-        if (fabs(value) >= own->mu[own->contact_of[k]] * own->bound[own->contact_of[k]])
-            r[i] = value > 0.0 ? own->near_high[k] : own->near_low[k];
+        if (fabs(value) >= set->mu[set->contact_of[k]] * set->bound[set->contact_of[k]])
+            r[i] = value > 0.0 ? set->near_high[k] : set->near_low[k];
     }
 }
 
-void perp__contact_bounded_velocities(const perp__contact_bounded *own, const double *x, double *u)
+void perp__contact_bounded_velocities(const perp__contact_bounded *set, const double *x, double *u)
 {
-    for (int32_t i = 0; i < own->size; i++)
-        u[i] = own->sign[i] < 0.0 ? 0.0 - x[own->row[i]] : x[own->row[i]];
+    for (int32_t i = 0; i < set->size; i++)
+        u[i] = set->sign[i] < 0.0 ? 0.0 - x[set->row[i]] : x[set->row[i]];
 }
 
-void perp__contact_bounded_modes(const perp__contact_bounded *own, const int8_t *modes,
+void perp__contact_bounded_modes(const perp__contact_bounded *set, const int8_t *modes,
                                  const double *x, const double *u, int32_t *given)
 {
-    for (int32_t k = 0; k < own->contacts; k++)
+    for (int32_t k = 0; k < set->contacts; k++)
         given[k] = modes[k];
-    for (int32_t i = 0; i < own->count; i++) {
-        const int32_t row = own->row[own->rows - own->count + i], contact = own->contact_of[i];
-        const int32_t kind = kind_of(own, i), mode = contact < 0 ? 0 : modes[contact];
-        int32_t *to = &given[own->contacts + i], inside;
+    for (int32_t i = 0; i < set->count; i++) {
+        const int32_t row = set->row[set->rows - set->count + i], contact = set->contact_of[i];
+        const int32_t kind = kind_of(set, i), mode = contact < 0 ? 0 : modes[contact];
+        int32_t *to = &given[set->contacts + i], inside;
 
         *to = PERP_CONTACT_STICK;
         if (kind == BOTH) {
-            inside = fabs(x[row]) < own->mu[contact] * own->bound[contact];
+            inside = fabs(x[row]) < set->mu[contact] * set->bound[contact];
             if (mode != PERP_CONTACT_STICK && !(inside && u[row] == 0.0))
                 *to = (inside ? 0.0 - u[row] : x[row]) > 0.0 ? PERP_CONTACT_UPPER
                                                              : PERP_CONTACT_LOWER;
         } else if (kind != NEITHER && mode == PERP_CONTACT_SEPARATE &&
-                   !(own->near_low[i] > own->low[i] || own->near_high[i] < own->high[i])) {
+                   !(set->near_low[i] > set->low[i] || set->near_high[i] < set->high[i])) {
             *to = kind == UPPER ? PERP_CONTACT_UPPER : PERP_CONTACT_LOWER;
         }
     }

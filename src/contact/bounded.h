@@ -55,29 +55,29 @@ typedef struct perp__contact_bounded {
 } perp__contact_bounded;
 
 /* Counts what the methods get: own_contacts, own_rows, free. `rows` of `contacts` come before. */
-void perp__contact_bounded_count(perp__contact_bounded *own, const perp_contact_laws *laws,
+void perp__contact_bounded_count(perp__contact_bounded *set, const perp_contact_laws *laws,
                                  int32_t rows);
 
 /* Fills the methods' laws, and makes the views of H and G, or of W, those of own's copies. PERP_OK
  * or _MEMORY. */
-perp_status perp__contact_bounded_read(perp__contact_bounded *own, perp_context *context,
+perp_status perp__contact_bounded_read(perp__contact_bounded *set, perp_context *context,
                                        const perp_contact_laws *laws, perp__dynamics *dynamics,
                                        perp__matrix *W);
 
 /* Whether there are bounds that a shift to could drown impulses in. */
-int32_t perp__contact_bounded_is_far(const perp__contact_bounded *own);
+int32_t perp__contact_bounded_is_far(const perp__contact_bounded *set);
 
 /* The bounds of the next call, by own->reach; and own->away. */
-void perp__contact_bounded_draw_in(perp__contact_bounded *own);
+void perp__contact_bounded_draw_in(perp__contact_bounded *set);
 
 /* Lets impulses x, with velocities u, that are at a bound which is not the caller's reach further,
  * as far as is likely at least (own->likely); and all where there are said to be none, which bounds
  * further off might change. Returns 0 if x may stay. */
-int32_t perp__contact_bounded_widen(perp__contact_bounded *own, const double *x, const double *u,
+int32_t perp__contact_bounded_widen(perp__contact_bounded *set, const double *x, const double *u,
                                     int32_t is_ray);
 
 /* Chooses c anew, by W, dense, in the place of a callback that does not tell M. */
-void perp__contact_bounded_yield(perp__contact_bounded *own, const double *W, double *compliance);
+void perp__contact_bounded_yield(perp__contact_bounded *set, const double *W, double *compliance);
 
 /* Rows of contact k, without those that roll or spin. */
 static inline int32_t perp__contact_dim(const perp_contact_laws *laws, int32_t k)
@@ -88,14 +88,14 @@ static inline int32_t perp__contact_dim(const perp_contact_laws *laws, int32_t k
 struct perp__contact_call;
 
 /* The methods' f, w, b (q) and r0 of a call. */
-void perp__contact_bounded_pose(perp__contact_bounded *own, const struct perp__contact_call *given,
+void perp__contact_bounded_pose(perp__contact_bounded *set, const struct perp__contact_call *given,
                                 struct perp__contact_call *call);
 
 /* Own impulses, velocities and modes as the caller knows them. A ray, a direction of impulses,
  * changes as velocities do. */
-void perp__contact_bounded_impulses(const perp__contact_bounded *own, const double *x, double *r);
-void perp__contact_bounded_velocities(const perp__contact_bounded *own, const double *x, double *u);
-void perp__contact_bounded_modes(const perp__contact_bounded *own, const int8_t *modes,
+void perp__contact_bounded_impulses(const perp__contact_bounded *set, const double *x, double *r);
+void perp__contact_bounded_velocities(const perp__contact_bounded *set, const double *x, double *u);
+void perp__contact_bounded_modes(const perp__contact_bounded *set, const int8_t *modes,
                                  const double *x, const double *u, int32_t *given);
 
 #endif

@@ -27,21 +27,21 @@ int32_t perp__contact_method_named(int32_t method)
     return method == PERP_CONTACT_METHOD_NEWTON ? PERP_CONTACT_METHOD_PROXIMAL : method;
 }
 
-static perp_status check_method(perp_context *context, const perp_contact_settings *own)
+static perp_status check_method(perp_context *context, const perp_contact_settings *copy)
 {
-    if (own->method == PERP_CONTACT_METHOD_POLISH)
+    if (copy->method == PERP_CONTACT_METHOD_POLISH)
         return perp__refuse(context, "settings.method is %d, which is only ever reported",
-                            (int)own->method);
-    if (own->cone < 0 || own->cone == 1 || own->cone == 2 || own->cone > PERP__MOST_EDGES)
+                            (int)copy->method);
+    if (copy->cone < 0 || copy->cone == 1 || copy->cone == 2 || copy->cone > PERP__MOST_EDGES)
         return perp__refuse(context, "settings.cone is %d, expected 0 (exact) or 3 .. %d edges",
-                            (int)own->cone, (int)PERP__MOST_EDGES);
-    if (own->cone > 0 && own->method != PERP_CONTACT_METHOD_AUTO &&
-        own->method != PERP_CONTACT_METHOD_LEMKE)
+                            (int)copy->cone, (int)PERP__MOST_EDGES);
+    if (copy->cone > 0 && copy->method != PERP_CONTACT_METHOD_AUTO &&
+        copy->method != PERP_CONTACT_METHOD_LEMKE)
         return perp__refuse(
             context,
             "settings.cone is %d, a polyhedron, which the method %s can't take: use "
             "lemke or auto",
-            (int)own->cone, perp_contact_method_text(own->method));
+            (int)copy->cone, perp_contact_method_text(copy->method));
     return PERP_OK;
 }
 
@@ -117,7 +117,7 @@ int32_t perp__contact_polish_step(perp_contact_solver *solver)
     const int64_t limit = solver->settings.max_iterations;
 
     if ((limit > 0 && solver->polished >= limit) ||
-        perp__contact_tick(solver, solver->polished, solver->best.worth.tested))
+        perp__contact_tick(solver, solver->polished, solver->best.residuals.tested))
         return 0;
     solver->polished++;
     solver->iterations++;
@@ -130,7 +130,7 @@ void perp__contact_write_out(perp_contact_solver *solver, const perp__contact_ca
     const perp__contact_candidate *best = &solver->best;
     const perp__contact_bounded *bounded = &solver->bounded;
     const int32_t has_ray = best->outcome == PERP_OUTCOME_RAY;
-    perp_contact_result own = {0};
+    perp_contact_result copy = {0};
 
     perp__copy(call->v, solver->best_v, solver->n);
     if (bounded->count > 0) { /* in the caller's rows */
@@ -149,20 +149,20 @@ void perp__contact_write_out(perp_contact_solver *solver, const perp__contact_ca
         for (int32_t k = 0; call->modes && k < solver->contacts; k++)
             call->modes[k] = best->modes[k];
     }
-    own.outcome = best->outcome;
-    own.method = best->method;
-    own.iterations = solver->iterations;
-    own.residual = perp__told(best->worth.tested);
-    own.natural_residual = perp__told(best->worth.natural);
-    own.backward_error = perp__told(best->worth.backward);
-    own.signorini_velocity = perp__told(best->worth.signorini_velocity);
-    own.signorini_impulse = perp__told(best->worth.signorini_impulse);
-    own.cone = perp__told(best->worth.cone);
-    own.dissipation_velocity = perp__told(best->worth.dissipation_velocity);
-    own.dissipation_impulse = perp__told(best->worth.dissipation_impulse);
-    own.bilateral = perp__told(best->worth.bilateral);
-    own.seconds = perp__now() - started;
-    own.has_ray = has_ray;
-    own.certificate = has_ray ? solver->certificate : 0;
-    perp__struct_write(call->result, &own, sizeof own);
+    copy.outcome = best->outcome;
+    copy.method = best->method;
+    copy.iterations = solver->iterations;
+    copy.residual = perp__told(best->residuals.tested);
+    copy.natural_residual = perp__told(best->residuals.natural);
+    copy.backward_error = perp__told(best->residuals.backward);
+    copy.signorini_velocity = perp__told(best->residuals.signorini_velocity);
+    copy.signorini_impulse = perp__told(best->residuals.signorini_impulse);
+    copy.cone = perp__told(best->residuals.cone);
+    copy.dissipation_velocity = perp__told(best->residuals.dissipation_velocity);
+    copy.dissipation_impulse = perp__told(best->residuals.dissipation_impulse);
+    copy.bilateral = perp__told(best->residuals.bilateral);
+    copy.seconds = perp__now() - started;
+    copy.has_ray = has_ray;
+    copy.certificate = has_ray ? solver->certificate : 0;
+    perp__struct_write(call->result, &copy, sizeof copy);
 }

@@ -82,7 +82,8 @@ static int32_t ends_the_search(const perp_contact_solver *solver)
 /* Whether the best point is all that was promised: no other method is asked for more. */
 static int32_t is_enough(const perp_contact_solver *solver)
 {
-    return solver->best.worth.tested <= solver->enough && solver->best.worth.own <= solver->enough;
+    return solver->best.residuals.tested <= solver->enough &&
+           solver->best.residuals.own_residual <= solver->enough;
 }
 
 /* Whether the method has used up the caller's max_iterations. */
@@ -124,16 +125,17 @@ static perp_status check_abort(perp_contact_solver *solver)
 
 /* The polish is dense. With many rows of bodies it is worth its cost only where the tested residual
  * is small enough and some contact's own is not, as that hides beside heavier bodies. */
-static int32_t is_worth_polish(const perp_contact_solver *solver, const perp__contact_worth *worth)
+static int32_t is_worth_polish(const perp_contact_solver *solver,
+                               const perp__contact_residuals *residuals)
 {
     return solver->size <= POLISHED_ROWS ||
-           (!solver->problem.leads &&
-            (!solver->has_bodies || (worth->tested <= solver->enough && !is_enough(solver))));
+           (!solver->problem.yields &&
+            (!solver->has_bodies || (residuals->tested <= solver->enough && !is_enough(solver))));
 }
 
 /* One run of a method, from start to candidate. */
 static perp_status run_once(perp_contact_solver *solver, perp__contact_slot *slot,
-                            enum origin origin, int32_t attempt, perp__contact_worth *worth)
+                            enum origin origin, int32_t attempt, perp__contact_residuals *residuals)
 {
     perp__contact_iterate iterate;
     perp_status status;
@@ -159,9 +161,9 @@ static perp_status run_once(perp_contact_solver *solver, perp__contact_slot *slo
     }
     check_clock(solver);
     status = perp__contact_consider(solver, slot->method->id,
-                                    iterate.has_modes ? iterate.modes : NULL, worth);
-    if (status == PERP_OK && !ends_the_search(solver) && worth->tested <= POLISHED &&
-        is_worth_polish(solver, worth))
+                                    iterate.has_modes ? iterate.modes : NULL, residuals);
+    if (status == PERP_OK && !ends_the_search(solver) && residuals->tested <= POLISHED &&
+        is_worth_polish(solver, residuals))
         status = perp__contact_polish_run(solver);
     return status == PERP_OK ? check_abort(solver) : status;
 }
@@ -172,11 +174,11 @@ static perp_status look_at_rest(perp_contact_solver *solver)
 {
     const int32_t most = solver->settings.max_iterations;
     perp__contact_slot *slot = slot_of(solver, PERP_CONTACT_METHOD_SWEEP);
-    perp__contact_worth worth;
+    perp__contact_residuals residuals;
     perp_status status = fit(solver, slot);
 
     solver->running = PERP_CONTACT_METHOD_SWEEP;
-    solver->problem.leads = 1;
+    solver->problem.yields = 1;
     solver->problem.chosen = 0;
     for (int32_t sweeps = PERP__FIRST_LOOK; sweeps < FIRST_SWEEPS && status == PERP_OK;
          sweeps *= 4) {
@@ -184,7 +186,7 @@ static perp_status look_at_rest(perp_contact_solver *solver)
             (most > 0 && slot->spent + 4 * sweeps > most))
             break;
         solver->problem.iteration_limit = sweeps;
-        status = run_once(solver, slot, FROM_BEST, 0, &worth);
+        status = run_once(solver, slot, FROM_BEST, 0, &residuals);
         PERP__THEN(status, perp__contact_rest(solver));
     }
     return status;
@@ -228,7 +230,7 @@ static perp_status run(perp_contact_solver *solver, const plan_step *step)
     const int32_t is_chosen = solver->settings.method == step->method || solver->settings.cone > 0;
     const int32_t rounds = step->method == PERP_CONTACT_METHOD_LEMKE ? 0 : SHARPER;
     const int32_t attempts = step->count > 0 ? step->count : slot->method->attempts - step->attempt;
-    perp__contact_worth worth;
+    perp__contact_residuals residuals;
     int32_t suits;
     perp_status status = check_method(solver, slot, is_chosen, &suits);
 
@@ -237,7 +239,7 @@ static perp_status run(perp_contact_solver *solver, const plan_step *step)
     solver->running = step->method;
     /* first sweeps are also those that were looked at */
     solver->problem.iteration_limit = step->limit > 0 ? step->limit - slot->spent : 0;
-    solver->problem.leads = step->limit > 0;
+    solver->problem.yields = step->limit > 0;
     solver->problem.chosen = is_chosen;
     status = fit(solver, slot);
     for (int32_t attempt = 0; attempt < attempts && status == PERP_OK; attempt++) {
@@ -245,18 +247,19 @@ static perp_status run(perp_contact_solver *solver, const plan_step *step)
             solver->said = PERP_OUTCOME_ITERATION_LIMIT;
         if (is_spent(solver, slot) || (solver->iterations > 0 && check_clock(solver)))
             break;
-        status = run_once(solver, slot, step->origin, step->attempt + attempt, &worth);
+        status = run_once(solver, slot, step->origin, step->attempt + attempt, &residuals);
         for (int32_t round = 0; round < rounds && status == PERP_OK; round++) {
-            if (ends_the_search(solver) || is_enough(solver) || !(worth.tested <= enough) ||
-                !(worth.own < 1.0) || is_spent(solver, slot))
+            if (ends_the_search(solver) || is_enough(solver) || !(residuals.tested <= enough) ||
+                !(residuals.own_residual < 1.0) || is_spent(solver, slot))
                 break;
-            solver->problem.tol = fmax(DBL_EPSILON, 0.5 * worth.tested * enough / worth.own);
+            solver->problem.tol =
+                fmax(DBL_EPSILON, 0.5 * residuals.tested * enough / residuals.own_residual);
             solver->problem.enough = 0.0;
-            status = run_once(solver, slot, FROM_BEST, 0, &worth);
+            status = run_once(solver, slot, FROM_BEST, 0, &residuals);
         }
         solver->problem.tol = tol;
         solver->problem.enough = solver->enough;
-        if (ends_the_search(solver) || is_enough(solver) || (solver->folds && solver->brief > 1))
+        if (ends_the_search(solver) || is_enough(solver) || (solver->folds && solver->quick > 1))
             break;
     }
     return status;
@@ -317,7 +320,7 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
     }
     if (all && (polyhedra > 0 || !solver->steps))
         steps[count++] = (plan_step){PERP_CONTACT_METHOD_SWEEP, FROM_BEST, 0, 0, 1};
-    return solver->brief && count > BRIEF - followed ? BRIEF - followed : count;
+    return solver->quick && count > BRIEF - followed ? BRIEF - followed : count;
 }
 
 /* The caller's start, or no impulses at all. */
@@ -333,7 +336,7 @@ static void read_start(perp_contact_solver *solver)
 static perp_status try_start(perp_contact_solver *solver)
 {
     perp__contact_slot *sweep = slot_of(solver, PERP_CONTACT_METHOD_SWEEP);
-    perp__contact_worth worth;
+    perp__contact_residuals residuals;
     perp__contact_iterate iterate;
     perp_status status = PERP_OK;
     int32_t rounds = tries_sets(solver) ? 2 : 0, made;
@@ -371,7 +374,7 @@ static perp_status try_start(perp_contact_solver *solver)
     if (status != PERP_OK || perp__is_good(solver->best.outcome))
         return status;
     read_start(solver);
-    return perp__contact_consider(solver, PERP_CONTACT_METHOD_POLISH, NULL, &worth);
+    return perp__contact_consider(solver, PERP_CONTACT_METHOD_POLISH, NULL, &residuals);
 }
 
 /* Whether Newton's method, which doubles the digits, comes from the start to the end in two steps:
@@ -381,7 +384,7 @@ static int32_t is_near(const perp_contact_solver *solver, const plan_step *steps
     return solver->rigid && solver->call->r0 && count > 1 && !ends_the_search(solver) &&
            steps[0].method == PERP_CONTACT_METHOD_SWEEP &&
            steps[1].method == PERP_CONTACT_METHOD_PROXIMAL && !perp__contact_polish_suits(solver) &&
-           solver->best.worth.tested <= sqrt(sqrt(solver->settings.tol));
+           solver->best.residuals.tested <= sqrt(sqrt(solver->settings.tol));
 }
 
 static perp_status search(perp_contact_solver *solver)
@@ -461,7 +464,7 @@ static void find_reach(const perp_contact_solver *solver, double *reach)
  * velocities at the impulses nearest to 0, and are further off where they turn out to be in the
  * way. */
 static perp_status find_within(perp_contact_solver *solver, const perp__contact_call *given,
-                               perp__contact_call *own, double deadline)
+                               perp__contact_call *copy, double deadline)
 {
     perp__contact_bounded *bounded = &solver->bounded;
     const int32_t limit = solver->settings.max_iterations;
@@ -476,8 +479,8 @@ static perp_status find_within(perp_contact_solver *solver, const perp__contact_
         for (int32_t i = 0; i < bounded->count; i++)
             bounded->reach[i] = 0.0;
         perp__contact_bounded_draw_in(bounded);
-        perp__contact_bounded_pose(bounded, given, own);
-        solver->call = own;
+        perp__contact_bounded_pose(bounded, given, copy);
+        solver->call = copy;
         status = perp__contact_load(solver);
     }
     if (is_far && status == PERP_OK) {
@@ -490,8 +493,8 @@ static perp_status find_within(perp_contact_solver *solver, const perp__contact_
             perp__contact_bounded_draw_in(bounded);
             perp__copy(solver->bound, bounded->bound, solver->contacts);
         }
-        perp__contact_bounded_pose(bounded, given, own);
-        PERP__THEN(status, perp__contact_find(solver, own, deadline));
+        perp__contact_bounded_pose(bounded, given, copy);
+        PERP__THEN(status, perp__contact_find(solver, copy, deadline));
         iterations += status == PERP_OK ? solver->iterations : 0;
         if (limit > 0) /* what is left of it */
             solver->settings.max_iterations =
@@ -519,7 +522,7 @@ perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact
     const double limit = solver->settings.time_limit,
                  deadline = limit > 0.0 ? started + limit : 0.0;
     const int32_t has_bounds = solver->bounded.count > 0;
-    perp__contact_call given = *call, own;
+    perp__contact_call given = *call, copy;
     perp_status status = perp__contact_check_call(solver, call);
 
     if (status != PERP_OK)
@@ -527,7 +530,7 @@ perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact
     if (given.r0 && perp__is_zero(given.r0, has_bounds ? solver->bounded.size : solver->size))
         given.r0 = NULL; /* a start that knows nothing is none */
     solver->is_far = 0;
-    status = has_bounds ? find_within(solver, &given, &own, deadline)
+    status = has_bounds ? find_within(solver, &given, &copy, deadline)
                         : perp__contact_find(solver, &given, deadline);
     if (status == PERP_OK && (call->v || call->u))
         status = perp__contact_rest(solver);

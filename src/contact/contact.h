@@ -32,7 +32,7 @@ typedef struct perp__contact_call {
 
 /* Checks all settings and fills `own`, untouched on failure; NULL gives the defaults. And one name
  * for methods that have two: call.c. */
-perp_status perp__contact_settings_read(perp_context *context, perp_contact_settings *own,
+perp_status perp__contact_settings_read(perp_context *context, perp_contact_settings *copy,
                                         const perp_contact_settings *settings);
 int32_t perp__contact_method_named(int32_t method);
 
@@ -55,7 +55,7 @@ perp_status perp__contact_set_up_inner(const perp_contact_solver *outer,
 
 /* Reads and checks laws, but for compliance, whose length is that of all rows; *rows: those of the
  * contacts: problem.c. */
-perp_status perp__contact_read_laws(perp_context *context, perp_contact_laws *own, int32_t *rows,
+perp_status perp__contact_read_laws(perp_context *context, perp_contact_laws *copy, int32_t *rows,
                                     const perp_contact_laws *laws);
 
 /* The whole solve: contact.c. */
@@ -92,7 +92,7 @@ typedef struct perp__rigid_problem {
     int32_t max_iterations;       /* of each method; 0: their own; -1: none, the start alone
                                      is judged */
     double enough;                /* and one at which no other method is asked for tol; 0: none */
-    int32_t brief;                /* 1: sweeps and the first method after them, no last resorts;
+    int32_t quick;                /* 1: sweeps and the first method after them, no last resorts;
                                      2: nor that once more where a path ends where it began */
     int32_t again;                /* 1: bodies, factors, rows (but bias) and mu are those of the
                                      last solve: only free, bias, warm and what follows are read */
@@ -117,8 +117,8 @@ typedef struct perp__rigid_answer {
                          written where velocities are held */
     perp_outcome outcome;
     int64_t iterations;
-    double tested, own, backward; /* what the outcome rests on */
-    double drive;                 /* of passes: the velocities that `tested` is a share of */
+    double tested, own_residual, backward; /* what the outcome rests on */
+    double drive; /* of passes: the velocities that `tested` is a share of */
 } perp__rigid_answer;
 
 enum { PERP__RIGID_AT_REST = -1, PERP__RIGID_FREE = -2 };

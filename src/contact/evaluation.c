@@ -149,7 +149,7 @@ static int32_t separate(perp_contact_solver *solver, const int8_t *modes, int32_
 }
 
 perp_status perp__contact_evaluate(perp_contact_solver *solver, const int8_t *modes,
-                                   perp__contact_worth *worth)
+                                   perp__contact_residuals *residuals)
 {
     const perp__contact_problem *p = &solver->problem;
     perp_status status;
@@ -171,13 +171,13 @@ perp_status perp__contact_evaluate(perp_contact_solver *solver, const int8_t *mo
     status = compute_velocities(solver);
     if (status != PERP_OK)
         return status;
-    perp__contact_measure(solver, worth);
+    perp__contact_measure(solver, residuals);
     /* far from a solution the sides on which a point lies are no active set */
-    if (worth->tested <= sqrt(solver->settings.tol) &&
+    if (residuals->tested <= sqrt(solver->settings.tol) &&
         separate(solver, modes ? modes : solver->modes, 1)) {
         status = compute_velocities(solver);
         if (status == PERP_OK)
-            perp__contact_measure(solver, worth);
+            perp__contact_measure(solver, residuals);
     }
 
     /* a contact without a normal impulse separates, and one with presses, whatever was said of it
@@ -192,7 +192,7 @@ perp_status perp__contact_evaluate(perp_contact_solver *solver, const int8_t *mo
             solver->modes[k] = PERP_CONTACT_SLIP;
     }
     if (status == PERP_OK)
-        perp__contact_weigh(solver, worth);
+        perp__contact_weigh(solver, residuals);
     return status;
 }
 
@@ -218,7 +218,7 @@ void perp__contact_keep(perp_contact_solver *solver, const perp__contact_candida
 {
     perp__contact_candidate *best = &solver->best;
 
-    best->worth = point->worth;
+    best->residuals = point->residuals;
     best->outcome = point->outcome;
     best->method = point->method;
     if (solver->parts > 0)
@@ -231,24 +231,24 @@ void perp__contact_keep(perp_contact_solver *solver, const perp__contact_candida
 }
 
 perp_status perp__contact_consider(perp_contact_solver *solver, int32_t method, const int8_t *modes,
-                                   perp__contact_worth *found)
+                                   perp__contact_residuals *found)
 {
     perp__contact_candidate point = {.evidence = solver->evidence, .method = method};
     const perp__contact_candidate *best = &solver->best;
-    perp_status status = perp__contact_evaluate(solver, modes, &point.worth);
+    perp_status status = perp__contact_evaluate(solver, modes, &point.residuals);
     int32_t good, was_good;
 
     if (status != PERP_OK)
         return status;
     point.outcome = perp__contact_verdict(solver, &point, solver->said);
-    *found = point.worth;
+    *found = point.residuals;
     /* it takes the place of the best: a good one, then a sound one, then the smaller residual */
     good = perp__is_good(point.outcome);
     was_good = perp__is_good(best->outcome);
     if (best->method < 0 || good > was_good ||
-        (good == was_good && point.worth.sound > best->worth.sound) ||
-        (good == was_good && point.worth.sound == best->worth.sound &&
-         point.worth.tested < best->worth.tested))
+        (good == was_good && point.residuals.sound > best->residuals.sound) ||
+        (good == was_good && point.residuals.sound == best->residuals.sound &&
+         point.residuals.tested < best->residuals.tested))
         perp__contact_keep(solver, &point);
     return PERP_OK;
 }

@@ -239,8 +239,8 @@ static double cone_map(const perp__contact_part *part, double r_n, double d_n, c
     return perp__length2(out_n, sum);
 }
 
-void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const double *r,
-                         const double *u, perp__contact_law *law)
+void perp__contact_outcome_of(const perp__contact_problem *problem, int32_t k, const double *r,
+                              const double *u, perp__contact_law *law)
 {
     const int32_t row = problem->starts[k], both = perp__contact_two_sided(problem, k);
     const int32_t given = perp__contact_is_bound(problem, k);
@@ -297,7 +297,7 @@ double perp__contact_natural(const perp__contact_problem *problem, int32_t k, co
 
     if (problem->has_discs || problem->cone > 0 || problem->bound || problem->two_sided ||
         part.size == 0 || part.coefficient > PERP__STEEP) {
-        perp__contact_judge(problem, k, r, u, &law);
+        perp__contact_outcome_of(problem, k, r, u, &law);
         *mode = law.mode;
         return law.natural;
     }

@@ -70,8 +70,8 @@ typedef struct perp__contact_law {
     int32_t mode;       /* PERP_CONTACT_..., by the side on which r - (u + s e_n) / t lies */
 } perp__contact_law;
 
-void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const double *r,
-                         const double *u, perp__contact_law *law);
+void perp__contact_outcome_of(const perp__contact_problem *problem, int32_t k, const double *r,
+                              const double *u, perp__contact_law *law);
 
 /* Friction from which a contact is judged normal and tangents apart, as those with discs are: the
  * map onto its cone, next to a half-space, has 1 / mu of a closing speed, and less of sliding. */

@@ -70,8 +70,8 @@ typedef struct perp__contact_problem {
     double tol;
     double enough; /* a residual from which on only what a few more steps give is worth them */
     int64_t iteration_limit; /* <= 0: the method's own */
-    int32_t leads;           /* another method takes over where that limit will not do: the sooner
-                                that shows the better */
+    int32_t yields;          /* another method takes over where that limit will not do: the sooner
+                               that shows the better */
     int32_t chosen;          /* by name, for what it gives: not a step of a plan */
     const perp__contact_control *control;
     int32_t cone; /* 0: exact, and so for every method but lemke; else edges of a polyhedron */

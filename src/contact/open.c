@@ -25,18 +25,18 @@ enum { PATIENCE = 32 };
 
 static void lay_out(perp__arena *arena, void *object)
 {
-    perp__contact_opening *own = object;
-    const size_t size = (size_t)own->size;
+    perp__contact_opening *work = object;
+    const size_t size = (size_t)work->size;
 
-    own->W = perp__arena_take(arena, size, size * sizeof(double));
-    PERP__DOUBLES(arena, size, &own->q, &own->r, &own->start, &own->sign);
-    PERP__INTEGERS(arena, size, &own->rows);
-    PERP__INTEGERS(arena, (size_t)own->n, &own->part);
-    PERP__INTEGERS(arena, (size_t)(own->n < own->whole ? own->whole : own->n), &own->first);
-    own->dims = perp__arena_take(arena, size, sizeof(int32_t));
-    PERP__DOUBLES(arena, (size_t)own->n, &own->share);
-    own->position = perp__arena_take(arena, (size_t)own->whole, sizeof(int32_t));
-    PERP__DOUBLES(arena, (size_t)own->whole, &own->push, &own->opened);
+    work->W = perp__arena_take(arena, size, size * sizeof(double));
+    PERP__DOUBLES(arena, size, &work->q, &work->r, &work->start, &work->sign);
+    PERP__INTEGERS(arena, size, &work->rows);
+    PERP__INTEGERS(arena, (size_t)work->n, &work->part);
+    PERP__INTEGERS(arena, (size_t)(work->n < work->whole ? work->whole : work->n), &work->first);
+    work->dims = perp__arena_take(arena, size, sizeof(int32_t));
+    PERP__DOUBLES(arena, (size_t)work->n, &work->share);
+    work->position = perp__arena_take(arena, (size_t)work->whole, sizeof(int32_t));
+    PERP__DOUBLES(arena, (size_t)work->whole, &work->push, &work->opened);
 }
 
 /* Whether the matrix or what is to be opened overflows where the gaps' rows are by themselves: then
@@ -48,59 +48,60 @@ static int32_t refuses(perp_status status)
 
 /* p, from the last one. */
 static perp_status solve(perp_contact_solver *solver, const perp_contact_step *s,
-                         perp__contact_opening *own, double yield, int32_t *solved)
+                         perp__contact_opening *work, double yield, int32_t *solved)
 {
-    const perp__index_set set = {own->size, own->rows, own->position};
-    const size_t size = (size_t)own->size;
+    const perp__index_set set = {work->size, work->rows, work->position};
+    const size_t size = (size_t)work->size;
     perp_contact_result result;
-    perp__contact_call call = {.r = own->r, .result = &result, .q = own->q};
+    perp__contact_call call = {.r = work->r, .result = &result, .q = work->q};
     perp_contact_laws laws;
     perp_status status = perp_contact_result_init(&result, sizeof result);
 
-    perp__principal_dense(&solver->W, &set, own->W, 1, size);
+    perp__principal_dense(&solver->W, &set, work->W, 1, size);
     for (size_t j = 0; j < size; j++)
         for (size_t i = 0; i < size; i++)
-            own->W[i + j * size] *= own->sign[i] * own->sign[j];
+            work->W[i + j * size] *= work->sign[i] * work->sign[j];
     for (size_t i = 0; i < (size_t)s->gap_count; i++)
-        own->W[i * (size + 1)] *= 1.0 + yield;
+        work->W[i * (size + 1)] *= 1.0 + yield;
     perp_contact_laws_init(&laws, sizeof laws);
     laws.contacts = s->gap_count;
-    laws.dims = own->dims;
+    laws.dims = work->dims;
     laws.bilateral = s->bilateral;
-    PERP__THEN(status, perp__contact_set_up_inner(solver, &own->solver, &laws, own->size, own->W));
+    PERP__THEN(status,
+               perp__contact_set_up_inner(solver, &work->solver, &laws, work->size, work->W));
     if (status != PERP_OK)
         return refuses(status) ? PERP_OK : status;
-    own->solver->proves = 0;
-    own->solver->brief = yield == 0.0;
-    call.r0 = own->start;
-    status = perp__contact_solve(own->solver, &call);
+    work->solver->proves = 0;
+    work->solver->quick = yield == 0.0;
+    call.r0 = work->start;
+    status = perp__contact_solve(work->solver, &call);
     *solved = status == PERP_OK && perp__is_good(result.outcome);
     return refuses(status) ? PERP_OK : status;
 }
 
 /* Joins the coordinates of each row of A, as long as there are several parts; own->first of each
  * row: its first coordinate. */
-static int32_t join_rows(perp__contact_opening *own, const perp__matrix *A, int32_t parts)
+static int32_t join_rows(perp__contact_opening *work, const perp__matrix *A, int32_t parts)
 {
     perp__cursor c = perp__first(A);
 
     for (int32_t i = 0; i < A->rows; i++)
-        own->first[i] = -1;
+        work->first[i] = -1;
     while (parts > 1 && A->rows > 0 && perp__advance(&c)) {
-        const int32_t first = own->first[c.i] < 0 ? c.j : own->first[c.i];
+        const int32_t first = work->first[c.i] < 0 ? c.j : work->first[c.i];
 
-        own->first[c.i] = first;
-        if (own->part[first] != own->part[c.j])
-            parts -= perp__join(own->part, first, c.j);
+        work->first[c.i] = first;
+        if (work->part[first] != work->part[c.j])
+            parts -= perp__join(work->part, first, c.j);
     }
     return parts;
 }
 
 /* s to within the reach, in each part of the coordinates by itself: what M or rows join. */
 static void shorten(const perp_contact_solver *solver, perp_contact_step *s,
-                    perp__contact_opening *own)
+                    perp__contact_opening *work)
 {
-    double *share = own->share;
+    double *share = work->share;
     int32_t reaches = 1, parts = s->n;
 
     for (int32_t i = 0; i < s->n; i++) {
@@ -108,19 +109,19 @@ static void shorten(const perp_contact_solver *solver, perp_contact_step *s,
 
         share[i] = way > s->reach[i] ? fmax(s->reach[i], 0.0) / way : 1.0;
         reaches &= share[i] == 1.0;
-        own->part[i] = i;
+        work->part[i] = i;
     }
     if (!reaches) {
-        parts = join_rows(own, &solver->dynamics.M, parts);
-        parts = join_rows(own, &solver->dynamics.H, parts);
-        join_rows(own, &solver->dynamics.G, parts);
+        parts = join_rows(work, &solver->dynamics.M, parts);
+        parts = join_rows(work, &solver->dynamics.H, parts);
+        join_rows(work, &solver->dynamics.G, parts);
         for (int32_t i = 0; i < s->n; i++) {
-            const int32_t root = perp__root_of(own->part, i);
+            const int32_t root = perp__root_of(work->part, i);
 
             share[root] = fmin(share[root], share[i]);
         }
         for (int32_t i = 0; i < s->n; i++) {
-            share[i] = share[perp__root_of(own->part, i)];
+            share[i] = share[perp__root_of(work->part, i)];
             s->shift[i] *= share[i];
         }
     }
@@ -135,79 +136,80 @@ static int32_t given_row(const perp_contact_step *s, int32_t i)
 }
 
 static perp_status open(perp_contact_solver *solver, perp_contact_step *s,
-                        perp__contact_opening *own)
+                        perp__contact_opening *work)
 {
     const perp__contact_bounded *bounded = &solver->bounded;
     double *opened = s->source
                          ? solver->arranged[solver->arranged_now].start + s->rows + s->bilateral
-                         : own->opened;
+                         : work->opened;
     int32_t solved = 0;
     perp_status status = PERP_OK;
 
     /* 1. Rows with gaps, then equations, as the methods number them; and g. */
-    for (int32_t i = 0; i < own->whole; i++)
-        own->position[i] = -1;
-    for (int32_t i = 0; i < own->size; i++) {
+    for (int32_t i = 0; i < work->whole; i++)
+        work->position[i] = -1;
+    for (int32_t i = 0; i < work->size; i++) {
         const int32_t has_gap = i < s->gap_count;
         const int32_t given = given_row(s, i);
         const double gap = has_gap ? (*s->gaps)[s->gap_sources[i]] : 0.0;
 
-        own->rows[i] = bounded->count > 0 ? bounded->row[given] : given;
-        own->sign[i] = bounded->count > 0 ? bounded->sign[given] : 1.0;
-        own->dims[i] = 1;
-        own->position[own->rows[i]] = i;
-        own->start[i] = opened[given]; /* what has come begins at 0 */
-        own->q[i] = (s->correction * fmin(gap + s->slop, 0.0) + fmax(gap, 0.0)) / s->h;
+        work->rows[i] = bounded->count > 0 ? bounded->row[given] : given;
+        work->sign[i] = bounded->count > 0 ? bounded->sign[given] : 1.0;
+        work->dims[i] = 1;
+        work->position[work->rows[i]] = i;
+        work->start[i] = opened[given]; /* what has come begins at 0 */
+        work->q[i] = (s->correction * fmin(gap + s->slop, 0.0) + fmax(gap, 0.0)) / s->h;
     }
-    if (!perp__all_finite(own->q, (size_t)own->size)) /* overflowed: no velocity opens that */
+    if (!perp__all_finite(work->q, (size_t)work->size)) /* overflowed: no velocity opens that */
         return status;
 
     /* 2. p, and where overlaps contradict each other, that of rows that yield. */
-    if (own->patience == 0) {
-        status = solve(solver, s, own, 0.0, &solved);
-        own->patience = solved ? 0 : PATIENCE;
+    if (work->patience == 0) {
+        status = solve(solver, s, work, 0.0, &solved);
+        work->patience = solved ? 0 : PATIENCE;
     } else {
-        own->patience--;
+        work->patience--;
     }
     if (status == PERP_OK && !solved)
-        status = solve(solver, s, own, YIELD, &solved);
-    for (int32_t i = 0; i < own->size; i++)
-        opened[given_row(s, i)] = solved ? own->r[i] : 0.0;
+        status = solve(solver, s, work, YIELD, &solved);
+    for (int32_t i = 0; i < work->size; i++)
+        opened[given_row(s, i)] = solved ? work->r[i] : 0.0;
     if (status != PERP_OK || !solved)
         return status;
 
     /* 3. shift := M^-1 (A'p + G'q) */
-    memset(own->push, 0, (size_t)own->whole * sizeof *own->push);
-    for (int32_t i = 0; i < own->size; i++)
-        own->push[own->rows[i]] += own->sign[i] * own->r[i];
+    memset(work->push, 0, (size_t)work->whole * sizeof *work->push);
+    for (int32_t i = 0; i < work->size; i++)
+        work->push[work->rows[i]] += work->sign[i] * work->r[i];
     status =
-        perp__dynamics_velocities(&solver->dynamics, NULL, own->push, s->shift, solver->push_low);
+        perp__dynamics_velocities(&solver->dynamics, NULL, work->push, s->shift, solver->push_low);
     s->shifts = status == PERP_OK && perp__all_finite(s->shift, (size_t)s->n);
     if (s->shifts && s->reach)
-        shorten(solver, s, own);
+        shorten(solver, s, work);
     return status;
 }
 
 perp_status perp__contact_open(perp_contact_solver *solver, perp_contact_step *s)
 {
-    perp__contact_opening *own = &solver->opening;
-    const int32_t size = own->size, whole = own->whole, n = own->n;
+    perp__contact_opening *work = &solver->opening;
+    const int32_t size = work->size, whole = work->whole, n = work->n;
     int32_t made = 1;
     perp_status status;
 
     s->shifts = 0;
     if (!s->shift || !(s->least_gap < -2.0 * s->slop))
         return PERP_OK;
-    own->size = s->gap_count + s->bilateral;
-    own->whole = solver->size;
-    own->n = s->n;
-    status = perp__arena_fit(&own->arena, solver->context, lay_out, own);
+    work->size = s->gap_count + s->bilateral;
+    work->whole = solver->size;
+    work->n = s->n;
+    status = perp__arena_fit(&work->arena, solver->context, lay_out, work);
     if (status != PERP_OK)
-        own->n = -1;
-    else if (own->size != size || own->whole != whole || own->n != n) /* no last answer is there */
-        memset(own->opened, 0, (size_t)own->whole * sizeof *own->opened);
+        work->n = -1;
+    else if (work->size != size || work->whole != whole ||
+             work->n != n) /* no last answer is there */
+        memset(work->opened, 0, (size_t)work->whole * sizeof *work->opened);
     if (!solver->problem.W) /* for this once: methods choose by whether it is there */
         PERP__THEN(status, perp__delassus_of_bodies(&solver->delassus, solver->context,
                                                     &solver->bodies, &solver->W, &made));
-    return status == PERP_OK && made ? open(solver, s, own) : status;
+    return status == PERP_OK && made ? open(solver, s, work) : status;
 }

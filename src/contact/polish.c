@@ -422,7 +422,7 @@ perp_status perp__contact_polish_run(perp_contact_solver *solver)
         return status;
     begin(solver, p, 0.0, 0);
     for (round = 0; round < ROUNDS && waited < PATIENCE; round++) {
-        perp__contact_worth worth;
+        perp__contact_residuals residuals;
         int32_t changes;
 
         number_rows(p, solver);
@@ -432,12 +432,12 @@ perp_status perp__contact_polish_run(perp_contact_solver *solver)
         write_modes(p, problem, solver->modes);
         /* the next round goes on from r as it is, not clipped to its cones */
         memcpy(solver->start, solver->r, (size_t)solver->size * sizeof(double));
-        status = perp__contact_consider(solver, solver->running, solver->modes, &worth);
+        status = perp__contact_consider(solver, solver->running, solver->modes, &residuals);
         if (status != PERP_OK || perp__is_good(solver->best.outcome) || changes == 0)
             return status;
         memcpy(solver->r, solver->start, (size_t)solver->size * sizeof(double));
-        waited = worth.tested < 0.5 * best ? 0 : waited + 1;
-        best = fmin(best, worth.tested);
+        waited = residuals.tested < 0.5 * best ? 0 : waited + 1;
+        best = fmin(best, residuals.tested);
     }
     return PERP_OK;
 }
@@ -460,7 +460,7 @@ int32_t perp__contact_is_near(perp_contact_solver *solver)
 perp_status perp__contact_polish_start(perp_contact_solver *solver, int32_t knows_u)
 {
     perp__contact_polish *p = &solver->polish;
-    perp__contact_worth worth;
+    perp__contact_residuals residuals;
     perp_status status = fit(solver, p);
 
     if (status != PERP_OK)
@@ -472,7 +472,7 @@ perp_status perp__contact_polish_start(perp_contact_solver *solver, int32_t know
     if (!follow_sets(solver, p))
         return PERP_OK;
     write_modes(p, &solver->problem, solver->modes);
-    status = perp__contact_consider(solver, solver->running, solver->modes, &worth);
+    status = perp__contact_consider(solver, solver->running, solver->modes, &residuals);
     return status == PERP_OK && !perp__is_good(solver->best.outcome)
                ? perp__contact_polish_run(solver)
                : status;
@@ -484,7 +484,7 @@ perp_status perp__contact_polish_search(perp_contact_solver *solver)
 {
     const perp__contact_problem *problem = &solver->problem;
     perp__contact_polish *p = &solver->polish;
-    perp__contact_worth worth;
+    perp__contact_residuals residuals;
     uint64_t seed = 1;
     perp_status status = fit(solver, p);
 
@@ -512,7 +512,7 @@ perp_status perp__contact_polish_search(perp_contact_solver *solver)
         if (!follow_sets(solver, p))
             continue;
         write_modes(p, problem, solver->modes);
-        status = perp__contact_consider(solver, solver->running, solver->modes, &worth);
+        status = perp__contact_consider(solver, solver->running, solver->modes, &residuals);
         if (perp__is_good(solver->best.outcome))
             break;
     }

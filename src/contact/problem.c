@@ -48,41 +48,42 @@ static const perp__field counts[] = {
 };
 
 /* Everything but compliance, whose length is not known yet; `rows` is what the contacts need. */
-perp_status perp__contact_read_laws(perp_context *context, perp_contact_laws *own, int32_t *rows,
+perp_status perp__contact_read_laws(perp_context *context, perp_contact_laws *copy, int32_t *rows,
                                     const perp_contact_laws *laws)
 {
-    perp_status status = perp_contact_laws_init(own, sizeof *own);
+    perp_status status = perp_contact_laws_init(copy, sizeof *copy);
     int64_t sum = 0;
 
     PERP__THEN(status, perp__check_pointer(context, "laws", laws));
-    PERP__THEN(status, PERP__READ(perp_contact_laws, context, own, laws));
+    PERP__THEN(status, PERP__READ(perp_contact_laws, context, copy, laws));
     if (status != PERP_OK)
         return status;
-    status = PERP__CHECK_FIELDS(context, "laws", own, counts);
-    if (status == PERP_OK && own->bounded > 0)
-        status = perp__check_bounds(context, own->lower, own->upper, (size_t)own->bounded);
-    PERP__THEN(status, check_coefficients(context, "laws.mu", own->mu, own->contacts));
-    PERP__THEN(status, check_coefficients(context, "laws.rolling", own->rolling, own->contacts));
-    PERP__THEN(status, check_coefficients(context, "laws.spinning", own->spinning, own->contacts));
-    if (status == PERP_OK && !own->dims && (own->dim < 1 || own->dim > 3))
-        status = perp__refuse(context, "laws.dim is %d, expected 1, 2 or 3", (int)own->dim);
-    PERP__THEN(status, perp__check_dims(context, "laws", own->contacts, own->dim, own->dims,
-                                        own->two_sided));
-    for (int32_t k = 0; status == PERP_OK && k < own->contacts; k++) {
-        const int32_t both = both_of(own, k) > 0, dim = perp__contact_dim(own, k);
-        const int32_t rolls = is_positive(own->rolling, k) && (both || dim < 2);
+    status = PERP__CHECK_FIELDS(context, "laws", copy, counts);
+    if (status == PERP_OK && copy->bounded > 0)
+        status = perp__check_bounds(context, copy->lower, copy->upper, (size_t)copy->bounded);
+    PERP__THEN(status, check_coefficients(context, "laws.mu", copy->mu, copy->contacts));
+    PERP__THEN(status, check_coefficients(context, "laws.rolling", copy->rolling, copy->contacts));
+    PERP__THEN(status,
+               check_coefficients(context, "laws.spinning", copy->spinning, copy->contacts));
+    if (status == PERP_OK && !copy->dims && (copy->dim < 1 || copy->dim > 3))
+        status = perp__refuse(context, "laws.dim is %d, expected 1, 2 or 3", (int)copy->dim);
+    PERP__THEN(status, perp__check_dims(context, "laws", copy->contacts, copy->dim, copy->dims,
+                                        copy->two_sided));
+    for (int32_t k = 0; status == PERP_OK && k < copy->contacts; k++) {
+        const int32_t both = both_of(copy, k) > 0, dim = perp__contact_dim(copy, k);
+        const int32_t rolls = is_positive(copy->rolling, k) && (both || dim < 2);
 
-        sum += rows_of(own, k);
-        if (rolls || (is_positive(own->spinning, k) && (both || dim < 3)))
+        sum += rows_of(copy, k);
+        if (rolls || (is_positive(copy->spinning, k) && (both || dim < 3)))
             status = perp__refuse(context, "laws.%s[%d] is %g, but contact %d %s",
                                   rolls ? "rolling" : "spinning", (int)k,
-                                  rolls ? own->rolling[k] : own->spinning[k], (int)k,
+                                  rolls ? copy->rolling[k] : copy->spinning[k], (int)k,
                                   both       ? "holds both ways"
                                   : dim == 1 ? "has dimension 1"
                                              : "has dimension 2");
     }
-    if (status == PERP_OK && sum > INT32_MAX - (int64_t)own->bilateral - 2 * own->bounded)
-        status = perp__refuse(context, "laws.contacts is %d, too many rows", (int)own->contacts);
+    if (status == PERP_OK && sum > INT32_MAX - (int64_t)copy->bilateral - 2 * copy->bounded)
+        status = perp__refuse(context, "laws.contacts is %d, too many rows", (int)copy->contacts);
     *rows = (int32_t)sum;
     return status;
 }
@@ -112,10 +113,10 @@ void perp__contact_lay_out(perp__arena *arena, void *object)
     s->rest_modes = perp__arena_take(arena, contacts, sizeof(int8_t));
 }
 
-static void keep(double *own, const double *given, int32_t count)
+static void keep(double *copy, const double *given, int32_t count)
 {
     for (int32_t k = 0; k < count; k++)
-        own[k] = given ? given[k] : 0.0;
+        copy[k] = given ? given[k] : 0.0;
 }
 
 static void keep_laws(perp_contact_solver *solver, const perp_contact_laws *laws)
@@ -330,34 +331,34 @@ perp_status perp__contact_setup(perp_contact_solver *solver, const perp_contact_
                                 const perp_contact_dynamics *dynamics, const perp_matrix *W)
 {
     perp_contact_solver next = *solver;
-    perp_contact_laws own;
-    perp_status status = perp__contact_read_laws(solver->context, &own, &next.rows, laws);
+    perp_contact_laws copy;
+    perp_status status = perp__contact_read_laws(solver->context, &copy, &next.rows, laws);
 
     if (status != PERP_OK)
         return status;
     next.entrance = W ? PERP__ENTRANCE_DELASSUS : PERP__ENTRANCE_DYNAMICS;
-    perp__contact_bounded_count(&next.bounded, &own, next.rows);
+    perp__contact_bounded_count(&next.bounded, &copy, next.rows);
     next.contacts = next.bounded.own_contacts;
-    status = read_matrices(&next, &own, dynamics, W);
+    status = read_matrices(&next, &copy, dynamics, W);
     if (status != PERP_OK)
         return status;
     next.rows = next.bounded.own_rows;
-    next.size = next.rows + next.bounded.free + own.bilateral;
-    next.constraints = next.contacts + next.bounded.free + own.bilateral;
+    next.size = next.rows + next.bounded.free + copy.bilateral;
+    next.constraints = next.contacts + next.bounded.free + copy.bilateral;
     next.n = W ? 0 : next.dynamics.n;
-    status = check_coefficients(solver->context, "laws.compliance", own.compliance,
-                                next.bounded.rows + own.bilateral);
+    status = check_coefficients(solver->context, "laws.compliance", copy.compliance,
+                                next.bounded.rows + copy.bilateral);
     PERP__THEN(status, perp__arena_fit(&next.arena, next.context, perp__contact_lay_out, &next));
     if (status != PERP_OK)
         return status;
     /* from here on the old problem is gone */
     next.setups++;
     *solver = next;
-    if (own.bounded > 0)
-        status = perp__contact_bounded_read(&solver->bounded, solver->context, &own,
+    if (copy.bounded > 0)
+        status = perp__contact_bounded_read(&solver->bounded, solver->context, &copy,
                                             W ? NULL : &solver->dynamics, &solver->W);
     if (status == PERP_OK) {
-        keep_laws(solver, own.bounded > 0 ? &solver->bounded.laws : &own);
+        keep_laws(solver, copy.bounded > 0 ? &solver->bounded.laws : &copy);
         status = make_matrices(solver);
     }
     PERP__THEN(status, perp__contact_finish_setup(solver));

@@ -25,12 +25,12 @@ enum perp__contact_entrance {
 };
 
 /* What a point is worth: the numbers of perp_contact_result, all from the caller's data. */
-typedef struct perp__contact_worth {
-    double tested, own, natural, backward;
+typedef struct perp__contact_residuals {
+    double tested, own_residual, natural, backward;
     double signorini_velocity, signorini_impulse, cone;
     double dissipation_velocity, dissipation_impulse, bilateral;
     int32_t sound; /* everything that would be returned is finite */
-} perp__contact_worth;
+} perp__contact_residuals;
 
 /* A method and its workspace, made when it first runs. */
 typedef struct perp__contact_slot {
@@ -42,7 +42,7 @@ typedef struct perp__contact_slot {
 typedef struct perp__contact_candidate {
     double *r, *u;
     int8_t *modes;
-    perp__contact_worth worth;
+    perp__contact_residuals residuals;
     perp__evidence *evidence; /* parts */
     perp_outcome outcome;
     int32_t method; /* -1: none yet */
@@ -133,7 +133,7 @@ struct perp_contact_solver {
     size_t reserved[4]; /* and what methods that starts lead to have room for */
     const struct perp__rigid_problem *rigid; /* with its entrance, during a call */
     int32_t proves;                          /* proofs of infeasibility are looked for */
-    int32_t brief;                           /* as perp__rigid_problem's */
+    int32_t quick;                           /* as perp__rigid_problem's */
     int32_t steps;                           /* it has made some: of many rows no last sweeps */
     double enough;                           /* residuals that need none either; 0: none */
     int32_t n;                               /* velocities; 0 where W was given */
@@ -243,7 +243,7 @@ perp_status perp__contact_load(perp_contact_solver *solver);
 /* Evaluates solver->r, with the modes of the method's active set or NULL, and keeps it if it is the
  * best so far: evaluation.c. */
 perp_status perp__contact_consider(perp_contact_solver *solver, int32_t method, const int8_t *modes,
-                                   perp__contact_worth *worth);
+                                   perp__contact_residuals *residuals);
 
 /* The point under evaluation becomes the best. */
 void perp__contact_keep(perp_contact_solver *solver, const perp__contact_candidate *point);
@@ -251,12 +251,12 @@ void perp__contact_keep(perp_contact_solver *solver, const perp__contact_candida
 /* Projects solver->r onto its cones, writes the zeros of the contacts that separate, recomputes u
  * and judges: evaluation.c. Status as above. modes: those of the method's active set, or NULL. */
 perp_status perp__contact_evaluate(perp_contact_solver *solver, const int8_t *modes,
-                                   perp__contact_worth *worth);
+                                   perp__contact_residuals *residuals);
 
 /* verdict.c: the numbers of (r, u), and the modes by the side on which each contact lies; what the
  * modes as they are now make of them; and the outcome of a point, the worst of its parts'. */
-void perp__contact_measure(perp_contact_solver *solver, perp__contact_worth *worth);
-void perp__contact_weigh(perp_contact_solver *solver, perp__contact_worth *worth);
+void perp__contact_measure(perp_contact_solver *solver, perp__contact_residuals *residuals);
+void perp__contact_weigh(perp_contact_solver *solver, perp__contact_residuals *residuals);
 perp_outcome perp__contact_verdict(const perp_contact_solver *solver,
                                    const perp__contact_candidate *point, perp_outcome said);
 

@@ -43,23 +43,23 @@ static void absolute(perp_contact_solver *solver, const double *x, const double 
         perp__absolute_product(&solver->W, x, add, out);
 }
 
-static void gather(const perp_contact_solver *solver, perp__contact_worth *worth)
+static void gather(const perp_contact_solver *solver, perp__contact_residuals *residuals)
 {
-    worth->tested = worth->own = worth->backward = 0.0;
+    residuals->tested = residuals->own_residual = residuals->backward = 0.0;
     for (int32_t p = 0; p < solver->parts; p++) {
-        perp__raise_to(&worth->tested, solver->evidence[p].tested);
-        perp__raise_to(&worth->own, solver->evidence[p].own);
-        perp__raise_to(&worth->backward, solver->evidence[p].backward);
+        perp__raise_to(&residuals->tested, solver->evidence[p].tested);
+        perp__raise_to(&residuals->own_residual, solver->evidence[p].own_residual);
+        perp__raise_to(&residuals->backward, solver->evidence[p].backward);
     }
 }
 
-void perp__contact_measure(perp_contact_solver *solver, perp__contact_worth *worth)
+void perp__contact_measure(perp_contact_solver *solver, perp__contact_residuals *residuals)
 {
     const perp__contact_problem *problem = &solver->problem;
     const perp__contact_bounded *bounded = &solver->bounded;
     const double *r = solver->r, *load = solver->load;
 
-    memset(worth, 0, sizeof *worth);
+    memset(residuals, 0, sizeof *residuals);
     if (solver->parts > 0)
         memset(solver->evidence, 0, (size_t)solver->parts * sizeof *solver->evidence);
     /* 1. S of each row. Beside bounds that are far off, W shift would excuse what all rows lack:
@@ -82,36 +82,36 @@ void perp__contact_measure(perp_contact_solver *solver, perp__contact_worth *wor
         perp__contact_law law = {0};
 
         if (k < solver->contacts) {
-            perp__contact_judge(problem, k, solver->r, solver->u, &law);
+            perp__contact_outcome_of(problem, k, solver->r, solver->u, &law);
             solver->modes[k] = (int8_t)law.mode;
             solver->lack[k] = t * law.natural;
             perp__raise_to(&part->tested, solver->root[k] * law.natural / solver->omega[k]);
-            perp__raise_to(&worth->bilateral, t * law.bilateral);
+            perp__raise_to(&residuals->bilateral, t * law.bilateral);
         } else { /* u = 0 */
             law.change = fabs(solver->u[perp__contact_first_row(problem, k)]);
             law.natural = law.change / t;
             solver->lack[k] = law.change;
             perp__raise_to(&part->tested, law.change / solver->root[k] / solver->omega[k]);
-            perp__raise_to(&worth->bilateral, law.change);
+            perp__raise_to(&residuals->bilateral, law.change);
         }
         perp__raise_to(&part->backward, relative_change(law.change, solver->terms[k]));
-        perp__raise_to(&worth->natural, law.natural);
-        perp__raise_to(&worth->signorini_impulse, law.signorini);
-        perp__raise_to(&worth->signorini_velocity, t * law.signorini);
-        perp__raise_to(&worth->cone, law.cone);
-        perp__raise_to(&worth->dissipation_impulse, law.dissipation);
-        perp__raise_to(&worth->dissipation_velocity, t * law.dissipation);
+        perp__raise_to(&residuals->natural, law.natural);
+        perp__raise_to(&residuals->signorini_impulse, law.signorini);
+        perp__raise_to(&residuals->signorini_velocity, t * law.signorini);
+        perp__raise_to(&residuals->cone, law.cone);
+        perp__raise_to(&residuals->dissipation_impulse, law.dissipation);
+        perp__raise_to(&residuals->dissipation_velocity, t * law.dissipation);
     }
-    gather(solver, worth);
+    gather(solver, residuals);
 }
 
 /* own := the largest lack[k] / terms[k] of each part. */
 static void compare(perp_contact_solver *solver, const double *terms)
 {
     for (int32_t p = 0; p < solver->parts; p++)
-        solver->evidence[p].own = 0.0;
+        solver->evidence[p].own_residual = 0.0;
     for (int32_t k = 0; k < solver->constraints; k++)
-        perp__raise_to(&solver->evidence[solver->part[k]].own,
+        perp__raise_to(&solver->evidence[solver->part[k]].own_residual,
                        relative_change(solver->lack[k], terms[k]));
 }
 
@@ -192,7 +192,7 @@ static void widen(perp_contact_solver *solver, double *wide)
     }
 }
 
-void perp__contact_weigh(perp_contact_solver *solver, perp__contact_worth *worth)
+void perp__contact_weigh(perp_contact_solver *solver, perp__contact_residuals *residuals)
 {
     const double tol = solver->settings.tol;
     int32_t is_open = 0;
@@ -211,19 +211,21 @@ void perp__contact_weigh(perp_contact_solver *solver, perp__contact_worth *worth
      * something open that may still be an answer. */
     compare(solver, solver->terms);
     for (int32_t p = 0; p < solver->parts; p++)
-        is_open |= !(solver->evidence[p].own <= tol) && solver->evidence[p].tested <= sqrt(tol);
+        is_open |=
+            !(solver->evidence[p].own_residual <= tol) && solver->evidence[p].tested <= sqrt(tol);
     if (is_open) {
         widen(solver, solver->wide);
         compare(solver, solver->wide);
     }
-    gather(solver, worth);
-    worth->sound =
-        perp__all_finite(&worth->tested, offsetof(perp__contact_worth, sound) / sizeof(double)) &&
+    gather(solver, residuals);
+    residuals->sound =
+        perp__all_finite(&residuals->tested,
+                         offsetof(perp__contact_residuals, sound) / sizeof(double)) &&
         perp__all_finite(solver->r, (size_t)solver->size) &&
         perp__all_finite(solver->u, (size_t)solver->size) &&
         perp__all_finite(solver->v, (size_t)solver->n);
     for (int32_t p = 0; p < solver->parts; p++)
-        solver->evidence[p].sound = worth->sound;
+        solver->evidence[p].sound = residuals->sound;
 }
 
 perp_outcome perp__contact_verdict(const perp_contact_solver *solver,
@@ -232,7 +234,7 @@ perp_outcome perp__contact_verdict(const perp_contact_solver *solver,
     perp__evidence whole = {0.0, 0.0, 0.0, 0};
     perp_outcome outcome;
 
-    whole.sound = point->worth.sound;
+    whole.sound = point->residuals.sound;
     outcome = perp__gate(&whole, solver->settings.tol, said);
     for (int32_t p = 0; p < solver->parts; p++)
         outcome = perp__worse_outcome(outcome,

@@ -31,7 +31,7 @@ static double scale_bound(const perp_lcp_solver *solver, int32_t i, double bound
 static perp__evaluation measure(const perp_lcp_solver *solver)
 {
     const double tol = solver->settings.tol, unit = 0.5 * DBL_EPSILON * solver->n;
-    perp__evaluation worth = {0.0, 0.0, 0.0, 1, 1};
+    perp__evaluation residuals = {0.0, 0.0, 0.0, 1, 1};
     double nothing = 0.0; /* NaN once a NaN or an infinity is met */
 
     for (int32_t i = 0; i < solver->n; i++) {
@@ -44,7 +44,7 @@ static perp__evaluation measure(const perp_lcp_solver *solver)
         double violation = perp__row_violation(z, lower, upper, w);
         double residual = fabs(perp__middle(above, below, scaled));
 
-        perp__raise_to(&worth.natural, fabs(perp__middle(z - lower, z - upper, w)));
+        perp__raise_to(&residuals.natural, fabs(perp__middle(z - lower, z - upper, w)));
         if (solver->doubtful) {
             /* At the end of w's interval where it is larger. Doubled precision may leave that much
              * wrong in w: where z is as large as 1e24, far along a null vector of M, it has lost q,
@@ -58,17 +58,17 @@ static perp__evaluation measure(const perp_lcp_solver *solver)
                 residual = fmax(fabs(above), fabs(below));
             }
         }
-        perp__raise_to(&worth.tested, residual);
-        worth.small &= violation <= tol * fabs(solver->q[i]);
+        perp__raise_to(&residuals.tested, residual);
+        residuals.small &= violation <= tol * fabs(solver->q[i]);
         violation = perp__w_scaled(solver, i, violation);
         if (violation != 0.0) {
             violation /= size; /* +inf where the row has nothing to change */
-            perp__raise_to(&worth.backward, violation >= 0.0 ? violation : INFINITY);
+            perp__raise_to(&residuals.backward, violation >= 0.0 ? violation : INFINITY);
         }
         nothing += 0.0 * z + 0.0 * w;
     }
-    worth.finite = nothing == 0.0;
-    return worth;
+    residuals.finite = nothing == 0.0;
+    return residuals;
 }
 
 void perp__scale_problem(perp_lcp_solver *solver, const double *q)
@@ -152,7 +152,7 @@ static void sum_overflowed(perp_lcp_solver *solver)
 
 perp__evaluation perp__evaluate_product(perp_lcp_solver *solver)
 {
-    perp__evaluation worth;
+    perp__evaluation residuals;
 
     perp__find_reach(solver);
     solver->doubtful = 0; /* scaled z that is large, but by far not as large as where q is lost */
@@ -161,12 +161,12 @@ perp__evaluation perp__evaluate_product(perp_lcp_solver *solver)
     if (solver->doubtful)
         perp__find_terms(&solver->M, solver->q, solver->z, solver->exponents, solver->omega,
                          solver->witness.terms);
-    worth = measure(solver);
-    if (!worth.finite) {
+    residuals = measure(solver);
+    if (!residuals.finite) {
         sum_overflowed(solver);
-        worth = measure(solver);
+        residuals = measure(solver);
     }
-    return worth;
+    return residuals;
 }
 
 perp__evaluation perp__evaluate(perp_lcp_solver *solver)
@@ -175,9 +175,9 @@ perp__evaluation perp__evaluate(perp_lcp_solver *solver)
     return perp__evaluate_product(solver);
 }
 
-int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *worth)
+int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *residuals)
 {
-    return worth->backward <= PERP__EXACT && worth->tested <= solver->settings.tol;
+    return residuals->backward <= PERP__EXACT && residuals->tested <= solver->settings.tol;
 }
 
 void perp__read_places(perp_lcp_solver *solver, int8_t *places)
@@ -209,15 +209,15 @@ double perp__margin_of(const perp_lcp_solver *solver, int32_t i)
 
 /* ---- what a point is called ---- */
 
-perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluation *worth,
+perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluation *residuals,
                                   double unit)
 {
-    perp__evidence evidence = {worth->tested / unit, 0.0, worth->backward, 0};
+    perp__evidence evidence = {residuals->tested / unit, 0.0, residuals->backward, 0};
 
-    evidence.sound = worth->finite;
+    evidence.sound = residuals->finite;
     if (!perp__is_good(perp__gate(&evidence, solver->settings.tol, -1))) {
-        evidence.own = INFINITY; /* it does not pass whatever its rows say */
-    } else if (!worth->small) {
+        evidence.own_residual = INFINITY; /* it does not pass whatever its rows say */
+    } else if (!residuals->small) {
         /* beside its own terms a row has no large numbers of others to excuse it */
         const perp__witness_point point = {.M = &solver->M,
                                            .exponents = solver->exponents,
@@ -230,15 +230,15 @@ perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluatio
                                            .w = solver->w_high,
                                            .tol = solver->settings.tol};
 
-        evidence.own = perp__witness_own_residual(&solver->witness, &point);
+        evidence.own_residual = perp__witness_own_residual(&solver->witness, &point);
     }
     return evidence;
 }
 
-perp_outcome perp__lcp_judge(perp_lcp_solver *solver, const perp__evaluation *worth,
-                             perp_outcome said)
+perp_outcome perp__lcp_outcome_of(perp_lcp_solver *solver, const perp__evaluation *residuals,
+                                  perp_outcome said)
 {
-    const perp__evidence evidence = perp__lcp_evidence(solver, worth, 1.0);
+    const perp__evidence evidence = perp__lcp_evidence(solver, residuals, 1.0);
 
     return perp__gate(&evidence, solver->settings.tol, said);
 }

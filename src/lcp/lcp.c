@@ -14,14 +14,14 @@
 
 /* ---- the points that a solve meets, and the best of them ---- */
 
-static void keep(perp_lcp_solver *solver, const perp__evaluation *worth, perp_outcome outcome,
+static void keep(perp_lcp_solver *solver, const perp__evaluation *residuals, perp_outcome outcome,
                  int32_t method)
 {
     size_t bytes = (size_t)solver->n * sizeof(double);
 
     memcpy(solver->best.z, solver->z, bytes);
     memcpy(solver->best.w, solver->w_high, bytes);
-    solver->best.worth = *worth;
+    solver->best.residuals = *residuals;
     solver->best.outcome = outcome;
     solver->best.method = method;
 }
@@ -42,18 +42,18 @@ static void start_from(perp_lcp_solver *solver, const double *z0)
 
 /* Whether a point of this worth and outcome takes the place of the best one. A verified ray is an
  * answer, too: only a solution beats it. */
-static int32_t is_better(const perp__candidate *best, const perp__evaluation *worth,
+static int32_t is_better(const perp__candidate *best, const perp__evaluation *residuals,
                          perp_outcome outcome)
 {
     if (best->method < 0)
         return 1;
     if (perp__is_good(best->outcome) && outcome == best->outcome)
-        return worth->backward < best->worth.backward;
+        return residuals->backward < best->residuals.backward;
     if (perp__is_good(best->outcome))
         return outcome == PERP_OUTCOME_SOLVED;
     return perp__is_good(outcome) ||
            (best->outcome != PERP_OUTCOME_RAY &&
-            (outcome == PERP_OUTCOME_RAY || worth->tested < best->worth.tested));
+            (outcome == PERP_OUTCOME_RAY || residuals->tested < best->residuals.tested));
 }
 
 static int32_t may_go_on(const perp_lcp_solver *solver)
@@ -68,53 +68,53 @@ perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step,
                                 !step->rough && !iterate->far_off &&
                                 !perp__is_past(solver->deadline);
     const double tol = solver->settings.tol;
-    perp__evaluation worth;
+    perp__evaluation residuals;
     perp_status status = PERP_OK;
     perp_outcome outcome;
 
     perp__find_product(solver);
-    if (!is_polished || !perp__polish_correct(solver, &worth)) {
-        worth = perp__evaluate_product(solver);
+    if (!is_polished || !perp__polish_correct(solver, &residuals)) {
+        residuals = perp__evaluate_product(solver);
         /* 1. A point whose residual is beyond the range of doubles is replaced by the start, or by
          * 0 where that is beyond it as well. */
-        if (!isfinite(worth.tested)) {
+        if (!isfinite(residuals.tested)) {
             start_from(solver, z0);
-            worth = perp__evaluate(solver);
-            if (!isfinite(worth.tested)) {
+            residuals = perp__evaluate(solver);
+            if (!isfinite(residuals.tested)) {
                 start_from(solver, NULL);
-                worth = perp__evaluate(solver);
+                residuals = perp__evaluate(solver);
             }
             said = PERP_OUTCOME_STALLED;
         }
         /* 2. The polish. It is left out where a loose tolerance is met already and the method may
          * still go on to a smaller residual. */
-        if (is_polished && isfinite(worth.tested) &&
-            !(tol >= PERP__ROUGH_TOLERANCE && worth.tested <= tol && may_go_on(solver))) {
+        if (is_polished && isfinite(residuals.tested) &&
+            !(tol >= PERP__ROUGH_TOLERANCE && residuals.tested <= tol && may_go_on(solver))) {
             if (!iterate->has_places)
                 perp__read_places(solver, solver->places);
             /* the polish may make a good point worse: that is kept before */
-            outcome = perp__lcp_judge(solver, &worth, said);
-            if (perp__is_good(outcome) && is_better(&solver->best, &worth, outcome))
-                keep(solver, &worth, outcome, step->method);
-            status = perp__polish_run(solver, &worth, perp__is_good(outcome));
+            outcome = perp__lcp_outcome_of(solver, &residuals, said);
+            if (perp__is_good(outcome) && is_better(&solver->best, &residuals, outcome))
+                keep(solver, &residuals, outcome, step->method);
+            status = perp__polish_run(solver, &residuals, perp__is_good(outcome));
             if (status != PERP_OK)
                 return status;
         }
     }
-    outcome = perp__lcp_judge(solver, &worth, said);
-    solver->refused = worth.tested <= tol && !perp__is_good(outcome);
-    if (is_better(&solver->best, &worth, outcome))
-        keep(solver, &worth, outcome, step->method);
+    outcome = perp__lcp_outcome_of(solver, &residuals, said);
+    solver->refused = residuals.tested <= tol && !perp__is_good(outcome);
+    if (is_better(&solver->best, &residuals, outcome))
+        keep(solver, &residuals, outcome, step->method);
     return PERP_OK;
 }
 
 void perp__consider_point(perp_lcp_solver *solver, int32_t method, perp_outcome said)
 {
-    const perp__evaluation worth = perp__evaluate(solver);
-    const perp_outcome outcome = perp__lcp_judge(solver, &worth, said);
+    const perp__evaluation residuals = perp__evaluate(solver);
+    const perp_outcome outcome = perp__lcp_outcome_of(solver, &residuals, said);
 
-    if (is_better(&solver->best, &worth, outcome))
-        keep(solver, &worth, outcome, method);
+    if (is_better(&solver->best, &residuals, outcome))
+        keep(solver, &residuals, outcome, method);
 }
 
 /* ---- stop requests ---- */
@@ -196,7 +196,7 @@ static perp__method_slot *pose(perp_lcp_solver *solver, const perp__plan_step *s
     p->settings = &solver->settings;
     p->tol = solver->settings.tol;
     p->iteration_limit = step->iteration_limit;
-    p->leads = step->leads;
+    p->yields = step->yields;
     p->control = &solver->control;
     solver->control.method = step->method;
     solver->control.deadline = solver->deadline;
@@ -256,7 +256,7 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
     else if (perp__is_past(solver->deadline))
         solver->ended = PERP_OUTCOME_TIME_LIMIT;
     /* 3. The candidate. */
-    if ((attempt + 1 == slot->method->attempts && !step->leads) || solver->ended >= 0)
+    if ((attempt + 1 == slot->method->attempts && !step->yields) || solver->ended >= 0)
         iterate.far_off = 0;
     solver->improvable = iterate.improvable;
     status = perp__consider(solver, step, own_limit(solver, iterate.outcome), &iterate, z0);
@@ -320,7 +320,7 @@ static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, con
             /* 3. Solved, but not to the last digits, and the method may find them; or failed. */
             const int32_t is_improvable =
                 solver->improvable && perp__is_good(solver->best.outcome) && solver->ended < 0 &&
-                solver->best.worth.backward > PERP__EXACT && settings->polish &&
+                solver->best.residuals.backward > PERP__EXACT && settings->polish &&
                 settings->tol < PERP__ROUGH_TOLERANCE;
 
             goes_on = (!ends_the_search(solver) || is_improvable) &&
@@ -427,7 +427,7 @@ static int32_t keep_time(perp_lcp_solver *solver)
 static perp_status try_without_method(perp_lcp_solver *solver, const double *z0)
 {
     const int32_t method = solver->settings.method;
-    perp__evaluation worth;
+    perp__evaluation residuals;
     perp_outcome outcome;
     perp_status status = PERP_OK;
 
@@ -435,10 +435,10 @@ static perp_status try_without_method(perp_lcp_solver *solver, const double *z0)
     solver->control.method = PERP_LCP_LEMKE;
     if (method == PERP_LCP_AUTO && !perp__is_past(solver->deadline) &&
         perp__lcp_tick(&solver->control, 1, INFINITY) < 0 &&
-        perp__small_solve(solver, z0, &worth)) {
-        outcome = perp__lcp_judge(solver, &worth, PERP_OUTCOME_STALLED);
+        perp__small_solve(solver, z0, &residuals)) {
+        outcome = perp__lcp_outcome_of(solver, &residuals, PERP_OUTCOME_STALLED);
         if (outcome == PERP_OUTCOME_SOLVED) {
-            keep(solver, &worth, outcome,
+            keep(solver, &residuals, outcome,
                  z0 && solver->spent == 0 ? PERP_LCP_POLISH : PERP_LCP_LEMKE);
             return PERP_OK;
         }
@@ -449,8 +449,8 @@ static perp_status try_without_method(perp_lcp_solver *solver, const double *z0)
     if (!keep_time(solver)) {
         solver->ended = PERP_OUTCOME_TIME_LIMIT;
         start_from(solver, z0);
-        worth = perp__evaluate(solver);
-        keep(solver, &worth, perp__lcp_judge(solver, &worth, PERP_OUTCOME_TIME_LIMIT),
+        residuals = perp__evaluate(solver);
+        keep(solver, &residuals, perp__lcp_outcome_of(solver, &residuals, PERP_OUTCOME_TIME_LIMIT),
              method == PERP_LCP_AUTO ? PERP_LCP_POLISH : method);
         return PERP_OK;
     }
@@ -461,14 +461,14 @@ static perp_status try_without_method(perp_lcp_solver *solver, const double *z0)
     if (status == PERP_OK && z0 && solver->settings.polish &&
         (method == PERP_LCP_AUTO || method == PERP_LCP_LEMKE)) {
         start_from(solver, z0);
-        worth = perp__evaluate(solver);
+        residuals = perp__evaluate(solver);
         solver->correct = NULL;
         perp__read_places(solver, solver->places);
-        outcome = perp__lcp_judge(solver, &worth, PERP_OUTCOME_STALLED);
-        status = perp__polish_run(solver, &worth, perp__is_good(outcome));
-        outcome = perp__lcp_judge(solver, &worth, PERP_OUTCOME_STALLED);
+        outcome = perp__lcp_outcome_of(solver, &residuals, PERP_OUTCOME_STALLED);
+        status = perp__polish_run(solver, &residuals, perp__is_good(outcome));
+        outcome = perp__lcp_outcome_of(solver, &residuals, PERP_OUTCOME_STALLED);
         if (status == PERP_OK && perp__is_good(outcome))
-            keep(solver, &worth, outcome, PERP_LCP_POLISH);
+            keep(solver, &residuals, outcome, PERP_LCP_POLISH);
     }
     return status;
 }
@@ -507,17 +507,17 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
      * index set was solved as well as doubles can. */
     if (status == PERP_OK && !perp__is_good(solver->best.outcome) &&
         solver->best.outcome != PERP_OUTCOME_RAY) {
-        perp__evaluation worth;
+        perp__evaluation residuals;
 
         if (solver->ended < 0 && (solver->block.late || solver->control.late))
             solver->ended = PERP_OUTCOME_TIME_LIMIT;
         if (solver->ended >= 0)
             solver->best.outcome = solver->ended;
         start_from(solver, z0);
-        worth = perp__evaluate(solver);
-        if (worth.tested < solver->best.worth.tested &&
-            !(solver->best.worth.backward <= PERP__ROUNDING_LIMIT))
-            keep(solver, &worth, perp__lcp_judge(solver, &worth, solver->best.outcome),
+        residuals = perp__evaluate(solver);
+        if (residuals.tested < solver->best.residuals.tested &&
+            !(solver->best.residuals.backward <= PERP__ROUNDING_LIMIT))
+            keep(solver, &residuals, perp__lcp_outcome_of(solver, &residuals, solver->best.outcome),
                  solver->best.method);
     }
     return status;
@@ -530,7 +530,7 @@ perp_status perp__lcp_solve(perp_lcp_solver *solver, double *z, double *w, doubl
     const size_t n = (size_t)solver->n, bytes = n * sizeof(double);
     const perp__candidate *best = &solver->best;
     perp_context *context = solver->context;
-    perp_lcp_result own = {0};
+    perp_lcp_result copy = {0};
     perp_status status;
 
     /* 1. What the caller gave. */
@@ -551,15 +551,15 @@ perp_status perp__lcp_solve(perp_lcp_solver *solver, double *z, double *w, doubl
     if (status != PERP_OK)
         return status;
     /* 3. Its answer. */
-    own.outcome = best->outcome;
-    own.method = best->method;
-    own.iterations = solver->spent;
-    own.residual = perp__told(best->worth.tested);
-    own.natural_residual = perp__told(best->worth.natural);
-    own.backward_error = perp__told(best->worth.backward);
-    own.has_ray = own.outcome == PERP_OUTCOME_RAY;
-    own.certificate = own.has_ray ? solver->best_certificate : PERP_CERTIFICATE_NONE;
-    if (own.has_ray && ray && n > 0)
+    copy.outcome = best->outcome;
+    copy.method = best->method;
+    copy.iterations = solver->spent;
+    copy.residual = perp__told(best->residuals.tested);
+    copy.natural_residual = perp__told(best->residuals.natural);
+    copy.backward_error = perp__told(best->residuals.backward);
+    copy.has_ray = copy.outcome == PERP_OUTCOME_RAY;
+    copy.certificate = copy.has_ray ? solver->best_certificate : PERP_CERTIFICATE_NONE;
+    if (copy.has_ray && ray && n > 0)
         memcpy(ray, solver->best_ray, bytes);
     if (n > 0)
         memcpy(z, best->z, bytes);
@@ -568,10 +568,10 @@ perp_status perp__lcp_solve(perp_lcp_solver *solver, double *z, double *w, doubl
     for (size_t i = 0; i < n && solver->is_turned; i++) { /* Farkas' vector is one of rows */
         if (solver->signs[i] < 0 && w)
             w[i] = 0.0 - w[i];
-        if (solver->signs[i] < 0 && ray && own.certificate != PERP_CERTIFICATE_NONE)
+        if (solver->signs[i] < 0 && ray && copy.certificate != PERP_CERTIFICATE_NONE)
             ray[i] = 0.0 - ray[i];
     }
-    own.seconds = perp__now() - started;
-    perp__struct_write(result, &own, sizeof own);
+    copy.seconds = perp__now() - started;
+    perp__struct_write(result, &copy, sizeof copy);
     return PERP_OK;
 }

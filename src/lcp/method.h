@@ -62,8 +62,8 @@ typedef struct perp__lcp_problem {
     const perp_lcp_settings *settings;
     double tol;              /* where a method may stop: settings->tol, or less */
     int64_t iteration_limit; /* <= 0: the method's own */
-    int32_t leads;           /* > 0: another method takes over where that limit will not do, which
-                                the rate shows after so many iterations */
+    int32_t yields;          /* > 0: another method takes over where that limit will not do, which
+                               the rate shows after so many iterations */
     perp__lcp_control *control;
 } perp__lcp_problem;
 
@@ -134,7 +134,7 @@ static inline int32_t perp__lcp_may_multiply(perp__lcp_control *control, double 
 }
 
 /* Checks M, which has to be square, and the bounds; fills `own`. */
-perp_status perp__lcp_problem_read(perp_context *context, perp__matrix *own, const perp_matrix *M,
+perp_status perp__lcp_problem_read(perp_context *context, perp__matrix *copy, const perp_matrix *M,
                                    const double *lower, const double *upper);
 
 /* w = M z + q */

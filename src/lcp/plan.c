@@ -43,7 +43,7 @@ static int32_t add_sweeps_first(const perp_lcp_solver *solver, perp__plan_step *
     if (is_dear || (may_promise && share < 1.0 &&
                     log(0.1 * solver->settings.tol) / (2.0 * log(fmax(share, 0.1))) <
                         PERP__ROUGH_SWEEPS_SPARSE)) {
-        steps[0].leads = is_dear ? PERP__ROUGH_SWEEPS_SPARSE : 0;
+        steps[0].yields = is_dear ? PERP__ROUGH_SWEEPS_SPARSE : 0;
         steps[0].iteration_limit = is_dear ? PERP__SWEEPS_OF_LU : PERP__ROUGH_SWEEPS_SPARSE;
         return 1;
     }
@@ -51,7 +51,7 @@ static int32_t add_sweeps_first(const perp_lcp_solver *solver, perp__plan_step *
         (solver->settings.tol < PERP__ROUGH_TOLERANCE && !is_limited))
         return 0;
     steps[0].rough = 1;
-    steps[0].leads = PERP__FIRST_LOOK;
+    steps[0].yields = PERP__FIRST_LOOK;
     steps[0].iteration_limit = is_sparse ? PERP__ROUGH_SWEEPS_SPARSE : solver->n / 16;
     return 1;
 }

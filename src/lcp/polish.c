@@ -141,12 +141,13 @@ static int32_t repair(perp_lcp_solver *solver)
     return changes;
 }
 
-static void remember(perp_lcp_solver *solver, perp__evaluation *best, const perp__evaluation *worth)
+static void remember(perp_lcp_solver *solver, perp__evaluation *best,
+                     const perp__evaluation *residuals)
 {
     perp__polish *p = &solver->polish;
     size_t bytes = (size_t)solver->n * sizeof(double);
 
-    *best = *worth;
+    *best = *residuals;
     memcpy(p->z, solver->z, bytes);
     memcpy(p->w_high, solver->w_high, bytes);
     memcpy(p->w_low, solver->w_low, bytes);
@@ -162,7 +163,7 @@ static void recall(perp_lcp_solver *solver)
     memcpy(solver->w_low, p->w_low, bytes);
 }
 
-int32_t perp__polish_correct(perp_lcp_solver *solver, perp__evaluation *worth)
+int32_t perp__polish_correct(perp_lcp_solver *solver, perp__evaluation *residuals)
 {
     perp__polish *p = &solver->polish;
     const size_t bytes = (size_t)solver->n * sizeof *p->z;
@@ -196,8 +197,8 @@ int32_t perp__polish_correct(perp_lcp_solver *solver, perp__evaluation *worth)
             solver->z[i] = perp__z_caller(solver, i, z);
     }
     if (largest <= PERP__LAST_STEP * z_largest) {
-        *worth = perp__evaluate(solver);
-        if (perp__is_exact(solver, worth))
+        *residuals = perp__evaluate(solver);
+        if (perp__is_exact(solver, residuals))
             return 1;
     }
     /* 3. Else all is as it was. */
@@ -215,7 +216,7 @@ static perp_status attempt(perp_lcp_solver *solver, int32_t rounds, double rho,
 
     for (int32_t round = 0; round < rounds && changes > 0; round++) {
         int32_t count = 0, moved = 0;
-        perp__evaluation worth;
+        perp__evaluation residuals;
 
         if (perp__is_past(solver->deadline))
             break;
@@ -243,25 +244,25 @@ static perp_status attempt(perp_lcp_solver *solver, int32_t rounds, double rho,
         /* 3. The signs; an exact solve of an index set beats a rough point of a slightly smaller
          * residual. */
         changes = repair(solver);
-        worth = changes > 0 ? perp__evaluate(solver) : perp__evaluate_product(solver);
-        if (worth.tested <= best->tested ||
-            (perp__is_exact(solver, &worth) && worth.tested <= 64.0 * best->tested))
-            remember(solver, best, &worth);
+        residuals = changes > 0 ? perp__evaluate(solver) : perp__evaluate_product(solver);
+        if (residuals.tested <= best->tested ||
+            (perp__is_exact(solver, &residuals) && residuals.tested <= 64.0 * best->tested))
+            remember(solver, best, &residuals);
         if (perp__is_exact(solver, best))
             break;
     }
     return status;
 }
 
-perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth, int32_t is_good)
+perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *residuals, int32_t is_good)
 {
     const int32_t rounds = solver->S.column_starts ? PERP__REPAIRS_SPARSE : PERP__REPAIRS_DENSE;
     perp_status status = PERP_OK;
-    perp__evaluation best = *worth;
+    perp__evaluation best = *residuals;
 
     if (is_good && solver->settings.tol >= PERP__ROUGH_TOLERANCE)
         return PERP_OK; /* nobody asked for last digits */
-    remember(solver, &best, worth);
+    remember(solver, &best, residuals);
     memcpy(solver->polish.places, solver->places, (size_t)solver->n);
     for (size_t k = 0; k < sizeof proximal / sizeof *proximal; k++) {
         memcpy(solver->places, solver->polish.places, (size_t)solver->n);
@@ -271,6 +272,6 @@ perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth, i
         recall(solver);
     }
     recall(solver);
-    *worth = best;
+    *residuals = best;
     return status;
 }

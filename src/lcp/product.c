@@ -415,7 +415,7 @@ static void scale_problem(projected *p, const double *diagonal, const double *q,
 
 /* The answer in the caller's units, of which powers of two change no bit. What doubles cannot hold
  * there is no answer. */
-static void write_answer(const projected *p, double *z, double *w, perp_lcp_result *own,
+static void write_answer(const projected *p, double *z, double *w, perp_lcp_result *copy,
                          const double *lower, const double *upper)
 {
     double residual = 0.0, natural = 0.0;
@@ -438,11 +438,11 @@ static void write_answer(const projected *p, double *z, double *w, perp_lcp_resu
                        fabs(perp__mid(p->x[i], p->lower[i], p->upper[i], p->gradient[i])));
         perp__raise_to(&natural, fabs(perp__mid(z[i], low, up, force)));
     }
-    if (!held && perp__is_good(own->outcome))
-        own->outcome = PERP_OUTCOME_STALLED;
-    own->residual = held ? perp__told(residual) : INFINITY;
-    own->natural_residual = held ? perp__told(natural) : INFINITY;
-    own->backward_error = perp__told(backward_error(p));
+    if (!held && perp__is_good(copy->outcome))
+        copy->outcome = PERP_OUTCOME_STALLED;
+    copy->residual = held ? perp__told(residual) : INFINITY;
+    copy->natural_residual = held ? perp__told(natural) : INFINITY;
+    copy->backward_error = perp__told(backward_error(p));
 }
 
 static perp_status solve(projected *p, double *z, double *w, perp_lcp_result *result,
@@ -450,7 +450,7 @@ static perp_status solve(projected *p, double *z, double *w, perp_lcp_result *re
                          const double *upper, const double *z0)
 {
     const double started = perp__now();
-    perp_lcp_result own = {.method = PERP_LCP_MPRGP};
+    perp_lcp_result copy = {.method = PERP_LCP_MPRGP};
     perp_status status = perp__arena_fit(&p->arena, p->context, layout, p);
 
     if (status != PERP_OK)
@@ -462,15 +462,15 @@ static perp_status solve(projected *p, double *z, double *w, perp_lcp_result *re
         .method = PERP_LCP_MPRGP,
         .deadline = p->settings.time_limit > 0.0 ? started + p->settings.time_limit : 0.0};
     scale_problem(p, diagonal, q, lower, upper, z0);
-    own.outcome = search(p);
+    copy.outcome = search(p);
     if (p->status == PERP_OK && p->control.aborted)
         p->status = perp__fail(p->context, PERP_ERROR_CALLBACK, "the monitor ended the call");
     if (p->status != PERP_OK)
         return p->status;
-    write_answer(p, z, w, &own, lower, upper);
-    own.iterations = p->products;
-    own.seconds = perp__now() - started;
-    perp__struct_write(result, &own, sizeof own);
+    write_answer(p, z, w, &copy, lower, upper);
+    copy.iterations = p->products;
+    copy.seconds = perp__now() - started;
+    perp__struct_write(result, &copy, sizeof copy);
     return PERP_OK;
 }
 

@@ -92,7 +92,7 @@ void perp__small_equilibrate(perp_lcp_solver *solver)
     fastest()->scale(solver);
 }
 
-int32_t perp__small_solve(perp_lcp_solver *solver, const double *z0, perp__evaluation *worth)
+int32_t perp__small_solve(perp_lcp_solver *solver, const double *z0, perp__evaluation *residuals)
 {
     const perp_lcp_settings *s = &solver->settings;
 
@@ -100,6 +100,6 @@ int32_t perp__small_solve(perp_lcp_solver *solver, const double *z0, perp__evalu
     if (!solver->is_small || solver->parts != 1 || !solver->powers_normal || !s->polish ||
         s->pivot_rule != PERP_PIVOT_HARRIS || !fastest()->solve(solver, z0))
         return 0;
-    *worth = perp__evaluate_product(solver);
-    return perp__is_exact(solver, worth);
+    *residuals = perp__evaluate_product(solver);
+    return perp__is_exact(solver, residuals);
 }

@@ -171,7 +171,7 @@ TARGET static inline int32_t NAME(has_rounding)(const double *x, size_t rows, do
 TARGET static inline size_t NAME(blocking_row)(const path *p, size_t rows, const double *x,
                                                const double *inverse)
 {
-    const double *b = p->b, own = x[p->row];
+    const double *b = p->b, chosen = x[p->row];
     const lanes zero = spread(0.0), infinity = spread(INFINITY), slack = spread(p->slack);
     lanes reach = infinity, best = zero;
     unsigned blocking = 0, largest = 0;
@@ -184,10 +184,10 @@ TARGET static inline size_t NAME(blocking_row)(const path *p, size_t rows, const
 
         reach = smaller(pick(less(zero, load(x + i)), end, infinity), reach);
     }
-    if (own > 0.0)
+    if (chosen > 0.0)
         reach = smaller(spread((b[p->row] + p->slack) * inverse[p->row]), reach);
     reach = spread(smallest_of(reach));
-    if (own > 0.0 && b[p->row] <= smallest_of(reach) * own)
+    if (chosen > 0.0 && b[p->row] <= smallest_of(reach) * chosen)
         return p->row;
     for (size_t i = 0; i < rows; i += LANES) {
         const lanes speed = load(x + i), far = larger(load(b + i), zero);
@@ -248,10 +248,10 @@ TARGET static inline void NAME(place)(perp_lcp_solver *solver, const path *p, si
     for (size_t i = 0; i < LENGTH; i += LANES)
         store(z + i, spread(0.0));
     for (size_t r = 0; r < n; r++) {
-        const size_t k = (size_t)p->basic[r], own = k < n ? k : 0;
+        const size_t k = (size_t)p->basic[r], chosen = k < n ? k : 0;
 
-        z[k < n ? k : LENGTH] = (p->b[r] > 0.0 ? p->b[r] : 0.0) * solver->z_up[own];
-        active[count] = own;
+        z[k < n ? k : LENGTH] = (p->b[r] > 0.0 ? p->b[r] : 0.0) * solver->z_up[chosen];
+        active[count] = chosen;
         count += k < n; /* no branch, which nobody foresees */
     }
     for (size_t i = 0; i < rows; i += LANES) {

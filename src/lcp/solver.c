@@ -136,15 +136,15 @@ static perp_status make_room(perp_lcp_solver *solver, int32_t n, size_t turned_e
     return PERP_OK;
 }
 
-perp_status perp__lcp_problem_read(perp_context *context, perp__matrix *own, const perp_matrix *M,
+perp_status perp__lcp_problem_read(perp_context *context, perp__matrix *copy, const perp_matrix *M,
                                    const double *lower, const double *upper)
 {
-    perp_status status = perp__matrix_read(context, "M", own, M);
+    perp_status status = perp__matrix_read(context, "M", copy, M);
 
-    if (status == PERP_OK && own->rows != own->columns)
-        status = perp__refuse(context, "M is %d by %d, expected a square matrix", (int)own->rows,
-                              (int)own->columns);
-    PERP__THEN(status, perp__check_bounds(context, lower, upper, (size_t)own->rows));
+    if (status == PERP_OK && copy->rows != copy->columns)
+        status = perp__refuse(context, "M is %d by %d, expected a square matrix", (int)copy->rows,
+                              (int)copy->columns);
+    PERP__THEN(status, perp__check_bounds(context, lower, upper, (size_t)copy->rows));
     return status;
 }
 
@@ -345,18 +345,18 @@ perp_status perp__read_block(perp_lcp_solver *s)
 perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const double *lower,
                             const double *upper)
 {
-    perp__matrix own;
-    perp_status status = perp__lcp_problem_read(solver->context, &own, M, lower, upper);
+    perp__matrix copy;
+    perp_status status = perp__lcp_problem_read(solver->context, &copy, M, lower, upper);
     int32_t free_before = solver->free_variables, other_shape;
     size_t turned_entries;
 
     if (status != PERP_OK)
         return status;
-    other_shape = solver->setups == 0 || own.rows != solver->n || own.column_starts ||
+    other_shape = solver->setups == 0 || copy.rows != solver->n || copy.column_starts ||
                   solver->M.column_starts;
-    turned_entries = solver->as_given ? 0 : turned_entries_of(&own, lower, upper);
-    if (solver->setups == 0 || own.rows != solver->n || turned_entries > solver->turned_entries)
-        status = make_room(solver, own.rows, turned_entries);
+    turned_entries = solver->as_given ? 0 : turned_entries_of(&copy, lower, upper);
+    if (solver->setups == 0 || copy.rows != solver->n || turned_entries > solver->turned_entries)
+        status = make_room(solver, copy.rows, turned_entries);
     if (status != PERP_OK)
         return status;
     solver->free_variables = 0;
@@ -369,10 +369,10 @@ perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const
     }
     solver->is_turned = 0;
     if (turned_entries > 0)
-        turn_equations(solver, &own);
-    solver->M = own;
-    solver->wide = own;
-    solver->by_columns = !own.column_starts && own.rows > 0 && own.rows <= PERP__SMALL_LENGTH;
+        turn_equations(solver, &copy);
+    solver->M = copy;
+    solver->wide = copy;
+    solver->by_columns = !copy.column_starts && copy.rows > 0 && copy.rows <= PERP__SMALL_LENGTH;
     solver->is_small &= solver->by_columns;
     if (solver->by_columns)
         perp__small_read(solver);

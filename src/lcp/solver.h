@@ -33,7 +33,7 @@ typedef struct perp__method_slot {
 /* A point in the caller's units with all that is known of it. */
 typedef struct perp__candidate {
     double *z, *w;
-    perp__evaluation worth;
+    perp__evaluation residuals;
     perp_outcome outcome;
     int32_t method;
 } perp__candidate;
@@ -177,13 +177,13 @@ perp__evaluation perp__evaluate_product(perp_lcp_solver *solver);
 /* What the gate is told of the point of the last perp__evaluate; the second witness is asked where
  * the first may pass. `unit`: that of a point which is not refined, so that rounding is beside its
  * largest entry; 1 else. */
-perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluation *worth,
+perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluation *residuals,
                                   double unit);
 
 /* What the point of the last perp__evaluate is called (base/outcome.h): the gate, with the second
  * witness where the first has passed. */
-perp_outcome perp__lcp_judge(perp_lcp_solver *solver, const perp__evaluation *worth,
-                             perp_outcome said);
+perp_outcome perp__lcp_outcome_of(perp_lcp_solver *solver, const perp__evaluation *residuals,
+                                  perp_outcome said);
 
 /* From this tolerance on a few sweeps are tried before anything is factored, and nothing that is
  * good is polished. */
@@ -194,7 +194,7 @@ typedef struct perp__plan_step {
     int32_t method;          /* PERP_LCP_... */
     int64_t iteration_limit; /* <= 0: the method's own */
     double share;            /* of the time limit; 1: all that is left */
-    int32_t leads;           /* iterations after which their rate may end it; 0: it does not */
+    int32_t yields;          /* iterations after which their rate may end it; 0: it does not */
     int32_t as_lu;           /* what LU of M costs is the iteration_limit */
     int32_t rough;           /* its point is taken as it is, without the polish */
 } perp__plan_step;
@@ -210,7 +210,7 @@ void perp__small_read(perp_lcp_solver *solver);
 void perp__small_equilibrate(perp_lcp_solver *solver);
 /* The shortest way for a small dense problem. False where that does not solve it to the last
  * digits: nothing but the point and solver->spent has changed then. */
-int32_t perp__small_solve(perp_lcp_solver *solver, const double *z0, perp__evaluation *worth);
+int32_t perp__small_solve(perp_lcp_solver *solver, const double *z0, perp__evaluation *residuals);
 
 /* Makes solver->z the candidate of a step: evaluates it, polishes it unless it is far off, keeps it
  * if it is the best so far or the first. PERP_OK, or _MEMORY. */
@@ -222,7 +222,7 @@ void perp__consider_point(perp_lcp_solver *solver, int32_t method, perp_outcome 
 
 /* As good as a double gets: a backward error up to PERP__EXACT leaves nothing to gain. */
 #define PERP__EXACT (4.0 * DBL_EPSILON)
-int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *worth);
+int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *residuals);
 
 /* Reads places off solver->z and w_high: the side of z - w, in scaled units, on which it lies. */
 void perp__read_places(perp_lcp_solver *solver, int8_t *places);
@@ -241,7 +241,7 @@ perp_status perp__polish_fit(perp_lcp_solver *solver);
  * active block: one step of refinement with it, instead of a factorisation, if that is all it
  * takes. True if that gave a point as good as a double gets, with its worth; else nothing has
  * changed. */
-int32_t perp__polish_correct(perp_lcp_solver *solver, perp__evaluation *worth);
+int32_t perp__polish_correct(perp_lcp_solver *solver, perp__evaluation *residuals);
 
 /* Solves the parts of few variables that share nothing one by one; nothing where there is but one
  * part. PERP_OK, _MEMORY, or _CALLBACK if the monitor aborts. */
@@ -251,7 +251,7 @@ perp_status perp__solve_apart(perp_lcp_solver *solver);
  * is or not, repairs a few signs,
  * and leaves the best point it met in solver->z with w_high, w_low and its worth. PERP_OK, or
  * _MEMORY. */
-perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth, int32_t is_good);
+perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *residuals, int32_t is_good);
 
 /* Checks the ray in solver->ray against the caller's matrix; true if it is one, and then D ray is
  * in solver->z. The certificate tells whether it, or a vector within its rounding that is left

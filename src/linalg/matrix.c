@@ -93,7 +93,7 @@ perp_status perp__matrix_check_csc(perp_context *context, const char *name, cons
     return PERP_OK;
 }
 
-perp_status perp__matrix_read(perp_context *context, const char *name, perp__matrix *own,
+perp_status perp__matrix_read(perp_context *context, const char *name, perp__matrix *copy,
                               const perp_matrix *caller)
 {
     perp_matrix M = {0};
@@ -127,19 +127,19 @@ perp_status perp__matrix_read(perp_context *context, const char *name, perp__mat
         return perp__refuse(context, "%s.column_starts is NULL", name);
     }
     if (status == PERP_OK)
-        *own = read;
+        *copy = read;
     return status;
 }
 
-perp_status perp__matrix_read_sized(perp_context *context, const char *name, perp__matrix *own,
+perp_status perp__matrix_read_sized(perp_context *context, const char *name, perp__matrix *copy,
                                     const perp_matrix *caller, int32_t rows, int32_t columns)
 {
-    const perp_status status = perp__matrix_read(context, name, own, caller);
+    const perp_status status = perp__matrix_read(context, name, copy, caller);
 
-    if (status != PERP_OK || (own->rows == rows && own->columns == columns))
+    if (status != PERP_OK || (copy->rows == rows && copy->columns == columns))
         return status;
-    return perp__refuse(context, "%s is %d by %d, expected %d by %d", name, (int)own->rows,
-                        (int)own->columns, (int)rows, (int)columns);
+    return perp__refuse(context, "%s is %d by %d, expected %d by %d", name, (int)copy->rows,
+                        (int)copy->columns, (int)rows, (int)columns);
 }
 
 void perp__matrix_spread(const perp__matrix *M, double *A, size_t stride)

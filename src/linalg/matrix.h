@@ -21,11 +21,11 @@ typedef struct perp__matrix {
 
 /* Checks a caller's view completely (struct, storage, sizes, leading dimension, index arrays,
  * finite values) and fills `own`. The message names the argument `name` and the index. */
-perp_status perp__matrix_read(perp_context *context, const char *name, perp__matrix *own,
+perp_status perp__matrix_read(perp_context *context, const char *name, perp__matrix *copy,
                               const perp_matrix *caller);
 
 /* The same, of this size and no other. */
-perp_status perp__matrix_read_sized(perp_context *context, const char *name, perp__matrix *own,
+perp_status perp__matrix_read_sized(perp_context *context, const char *name, perp__matrix *copy,
                                     const perp_matrix *caller, int32_t rows, int32_t columns);
 
 /* A public view of a dense matrix without gaps, for an inner call. */

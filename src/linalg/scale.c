@@ -156,11 +156,11 @@ static void scale_other_diagonals(search *s)
             enqueue(s, i, LARGEST, 0);
     for (int32_t k = begin; k < s->queued; k++) {
         const int32_t row = s->queue[k];
-        const int32_t own = unit_diagonal(perp__exponent_of(perp__entry(s->M, row, row)));
+        const int32_t exponent = unit_diagonal(perp__exponent_of(perp__entry(s->M, row, row)));
 
         s->level[s->queue[k]] = 0;
-        if (own < s->exponents[s->queue[k]])
-            s->exponents[s->queue[k]] = own;
+        if (exponent < s->exponents[s->queue[k]])
+            s->exponents[s->queue[k]] = exponent;
     }
     s->wanted = UNSET;
 }

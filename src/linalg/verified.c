@@ -194,10 +194,10 @@ perp_status perp__dominance_factor(perp__dominance *d, perp_context *context)
             d->is_z_matrix &= d->comparison[k] == C.values[k];
         }
     C.values = d->comparison;
-    status = perp__kept_factor_analyse(&d->kept, context, &d->A);
+    status = perp__cached_factor_analyse(&d->kept, context, &d->A);
     PERP__THEN(status, perp__klu_factor(d->kept.factor, &d->A));
     if (status == PERP_OK && !d->is_z_matrix) {
-        status = perp__kept_factor_analyse(&d->kept_comparison, context, &C);
+        status = perp__cached_factor_analyse(&d->kept_comparison, context, &C);
         PERP__THEN(status, perp__klu_factor(d->kept_comparison.factor, &C));
     }
     return status;
@@ -248,6 +248,6 @@ int32_t perp__dominance_bound(perp__dominance *d, const double *middle, const do
 
 void perp__dominance_release(perp__dominance *d)
 {
-    perp__kept_factor_release(&d->kept);
-    perp__kept_factor_release(&d->kept_comparison);
+    perp__cached_factor_release(&d->kept);
+    perp__cached_factor_release(&d->kept_comparison);
 }

@@ -68,7 +68,7 @@ typedef struct perp__dominance {
     double *comparison;   /* values of C in A's pattern */
     double *v, *positive; /* n; lower bounds of C v */
     int32_t is_z_matrix;  /* A = C: one factorisation serves both */
-    perp__kept_factor kept, kept_comparison;
+    perp__cached_factor kept, kept_comparison;
 } perp__dominance;
 
 void perp__dominance_layout(perp__arena *arena, perp__dominance *d, int32_t n, int32_t entries);

@@ -6,12 +6,12 @@
 PERP__INIT(perp_matrix)
 
 /* Fills a view that has been initialised. */
-static perp_status fill(perp_matrix *matrix, perp_matrix own)
+static perp_status fill(perp_matrix *matrix, perp_matrix copy)
 {
     if (PERP__CHECK(perp_matrix, NULL, matrix) != PERP_OK)
         return PERP_ERROR_ABI;
-    own.reserved = matrix->reserved;
-    perp__struct_write(matrix, &own, sizeof own);
+    copy.reserved = matrix->reserved;
+    perp__struct_write(matrix, &copy, sizeof copy);
     return PERP_OK;
 }
 

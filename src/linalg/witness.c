@@ -335,7 +335,7 @@ double perp__witness_own_residual(perp__witness *t, const perp__witness_point *p
     const double least = sqrt(p->tol); /* couplings from this on are significant */
     int32_t extremes = 0, hidden;
     const int32_t is_small = is_small_in_rows(t, p, &hidden);
-    double own = 0.0;
+    double largest = 0.0;
 
     if (is_small && !hidden)
         return 0.0;
@@ -358,7 +358,7 @@ double perp__witness_own_residual(perp__witness *t, const perp__witness_point *p
         t->is_free[i] = is_extreme;
         extremes |= t->is_free[i];
         if (!t->is_free[i] && t->wrong[i] != 0.0)
-            perp__raise_to(&own, t->wrong[i] / size);
+            perp__raise_to(&largest, t->wrong[i] / size);
     }
     /* 2. Rows whose numbers are or may have been beyond the range of doubles have no common unit
      * with their neighbours: each violation beside its own terms, in the caller's units. Terms that
@@ -369,9 +369,9 @@ double perp__witness_own_residual(perp__witness *t, const perp__witness_point *p
         const double v = violation_of_row(p, i);
 
         if (t->is_free[i] && v != 0.0)
-            perp__raise_to(&own, t->terms[i] < INFINITY ? v / t->terms[i] : INFINITY);
+            perp__raise_to(&largest, t->terms[i] < INFINITY ? v / t->terms[i] : INFINITY);
     }
-    return own;
+    return largest;
 }
 
 void perp__witness_layout(perp__arena *arena, perp__witness *witness, size_t n)

@@ -98,7 +98,7 @@ perp_status perp_mechanism_advance(perp_mechanism *mechanism, double *q, double 
 {
     perp_mechanism *m = mechanism;
     const perp__start from = {t, h, q0, v0};
-    perp_mechanism_step own;
+    perp_mechanism_step copy;
     perp_status status = perp__mechanism_enter(m);
 
     if (status != PERP_OK)
@@ -108,7 +108,7 @@ perp_status perp_mechanism_advance(perp_mechanism *mechanism, double *q, double 
     PERP__THEN(status, PERP__CHECK(perp_mechanism_step, m->context, step));
     PERP__THEN(status, perp__mechanism_check_start(m, &from));
     m->keeps = 0; /* between calls what the callbacks read may have changed */
-    PERP__THEN(status, perp__advance_from(m, &m->next, &own, &from));
+    PERP__THEN(status, perp__advance_from(m, &m->next, &copy, &from));
     if (status == PERP_OK) {
         perp__copy(q, m->next.q, m->coordinates);
         perp__copy(v, m->next.v, m->n);
@@ -116,9 +116,9 @@ perp_status perp_mechanism_advance(perp_mechanism *mechanism, double *q, double 
         perp__copy(velocity, m->next.u, m->rows);
         if (modes)
             memcpy(modes, m->next.modes, (size_t)(m->contacts + m->dry) * sizeof *modes);
-        if (own.has_ray)
+        if (copy.has_ray)
             perp__copy(ray, m->next.ray, m->rows);
-        perp__struct_write(step, &own, sizeof own);
+        perp__struct_write(step, &copy, sizeof copy);
     }
     return perp__leave(m->context, status);
 }

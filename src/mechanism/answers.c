@@ -73,7 +73,7 @@ perp_status perp__select_answer(perp_mechanism *m, perp_mechanism_step *step,
         double *apart = m->work, length;
 
         for (int32_t i = 0; i < m->n; i++)
-            apart[i] = a->own[i] - (near ? near[i] : 0.0);
+            apart[i] = a->extra[i] - (near ? near[i] : 0.0);
         length = perp__energy_norm(m, &m->begin, apart, apart);
         if ((summary.stable > 0 && !a->stable) || !(length < least))
             continue;
@@ -97,7 +97,7 @@ perp_status perp__select_answer(perp_mechanism *m, perp_mechanism_step *step,
         answer->residual = found->residual;
         answer->certificate = answer->has_ray = 0;
         perp__hold_velocities(m, answer, problem);
-        perp__judge_motion(m, answer, problem);
+        perp__check_motion(m, answer, problem);
     }
     perp__answers_clear(&m->accelerations->answers);
     return PERP_OK;
@@ -108,7 +108,7 @@ perp_status perp_mechanism_answers(perp_mechanism *mechanism, perp_mechanism_sum
 {
     perp_mechanism *m = mechanism;
     const perp__start from = {t, h, q0, v0};
-    perp_mechanism_summary own;
+    perp_mechanism_summary copy;
     perp_status status = perp__mechanism_enter(m);
 
     if (status != PERP_OK)
@@ -120,12 +120,12 @@ perp_status perp_mechanism_answers(perp_mechanism *mechanism, perp_mechanism_sum
         status = perp__refuse(m->context, "q0 is outside of what the mechanism is defined for");
     if (status == PERP_OK) {
         perp__prepare_step(m, &from);
-        perp_mechanism_summary_init(&own, sizeof own);
-        status = find(m, &own, &from);
+        perp_mechanism_summary_init(&copy, sizeof copy);
+        status = find(m, &copy, &from);
     }
     if (status == PERP_OK) {
         m->accelerations->asked = 1;
-        perp__struct_write(summary, &own, sizeof own);
+        perp__struct_write(summary, &copy, sizeof copy);
     }
     return perp__leave(m->context, status);
 }

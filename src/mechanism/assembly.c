@@ -308,6 +308,6 @@ perp_status perp__solve_velocities(perp_mechanism *m, perp__motion *answer,
         memcpy(answer->v, a->v, (size_t)m->n * sizeof *answer->v);
     }
     perp__hold_velocities(m, answer, problem);
-    perp__judge_motion(m, answer, problem);
+    perp__check_motion(m, answer, problem);
     return status;
 }

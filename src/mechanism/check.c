@@ -196,7 +196,7 @@ static int32_t are_parallel(const perp_mechanism *m, int32_t normal, int32_t tan
 
 PERP__INIT(perp_mechanism_check_result)
 
-static void judge(look *a)
+static void find_worst(look *a)
 {
     const perp_mechanism *m = a->m;
     double worst = 0.0;
@@ -250,7 +250,7 @@ perp_status perp_mechanism_check(perp_mechanism *mechanism, perp_mechanism_check
         if (status == PERP__OUTSIDE)
             status = perp__refuse(m->context, "q is outside of what the mechanism is defined for");
         if (status == PERP_OK) {
-            judge(a);
+            find_worst(a);
             perp__struct_write(result, &a->result, sizeof a->result);
         }
     }

@@ -13,12 +13,12 @@ perp_status perp__copy_matrix(perp_context *context, const char *name, int32_t r
                               int32_t columns, double *to, const perp_matrix *from)
 {
     const size_t height = (size_t)rows, width = (size_t)columns;
-    perp__matrix own;
-    const perp_status status = perp__matrix_read_sized(context, name, &own, from, rows, columns);
+    perp__matrix copy;
+    const perp_status status = perp__matrix_read_sized(context, name, &copy, from, rows, columns);
 
     memset(to, 0, height * width * sizeof *to);
     if (status == PERP_OK)
-        perp__matrix_spread(&own, to, height);
+        perp__matrix_spread(&copy, to, height);
     return status;
 }
 

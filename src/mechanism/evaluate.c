@@ -8,7 +8,7 @@
 #include "mechanism/copy.h"
 
 /* What a callback returned. */
-static perp_status judge(perp_mechanism *m, const char *name, int32_t answer)
+static perp_status check_answer(perp_mechanism *m, const char *name, int32_t answer)
 {
     if (answer < 0)
         return perp__fail(m->context, PERP_ERROR_CALLBACK, "the %s callback returned %d", name,
@@ -46,7 +46,7 @@ perp_status perp__evaluate_mass(perp_mechanism *m, perp__terms *terms, const dou
 
     memset(terms->M, 0, n * n * sizeof *terms->M);
     if (m->model.mass)
-        status = judge(m, "mass", m->model.mass(terms->M, q, m->model.user));
+        status = check_answer(m, "mass", m->model.mass(terms->M, q, m->model.user));
     else
         for (size_t i = 0; i < n; i++)
             terms->M[i * (n + 1)] = 1.0;
@@ -65,7 +65,7 @@ perp_status perp__evaluate_force(perp_mechanism *m, double *k, double t, const d
         return PERP_OK;
     if (m->contacts == 0)
         m->evaluations++;
-    status = judge(m, "force", m->model.force(k, t, q, v, m->model.user));
+    status = check_answer(m, "force", m->model.force(k, t, q, v, m->model.user));
     return check(m, status, &(filled){"k", k, (size_t)m->n, 0}, 1);
 }
 
@@ -94,7 +94,7 @@ static perp_status evaluate_contacts(perp_mechanism *m, perp__terms *terms, doub
     memset(terms->gap, 0, gaps * sizeof *terms->gap);
     memcpy(terms->mu, m->mu, contacts * sizeof *terms->mu);
     m->evaluations++;
-    status = judge(
+    status = check_answer(
         m, "contact_rows",
         m->model.contact_rows(terms->gap, terms->J, terms->drift, terms->mu, t, q, m->model.user));
     status = check(m, status, list, 4);
@@ -146,8 +146,8 @@ perp_status perp__evaluate_rows(perp_mechanism *m, perp__terms *terms, double t,
                                {"drift (bilateral)", drift, b - g, 0}};
 
         memset(terms->c, 0, (b - g) * sizeof *terms->c);
-        status = judge(m, "bilateral_rows",
-                       m->model.bilateral_rows(terms->c, G, drift, t, q, m->model.user));
+        status = check_answer(m, "bilateral_rows",
+                              m->model.bilateral_rows(terms->c, G, drift, t, q, m->model.user));
         status = check(m, status, list, 3);
     }
     if (status == PERP_OK && dry > 0) {
@@ -157,8 +157,8 @@ perp_status perp__evaluate_rows(perp_mechanism *m, perp__terms *terms, double t,
                                {"drift (dry)", drift, rows - b, 0}};
 
         memset(terms->bound, 0, dry * sizeof *terms->bound);
-        status =
-            judge(m, "dry_rows", m->model.dry_rows(terms->bound, B, drift, t, q, v, m->model.user));
+        status = check_answer(m, "dry_rows",
+                              m->model.dry_rows(terms->bound, B, drift, t, q, v, m->model.user));
         status = check(m, status, list, 3);
     }
     return status;
@@ -183,7 +183,7 @@ perp_status perp__evaluate_rate(perp_mechanism *m, double *rate, const double *q
         return PERP_OK;
     }
     memset(rate, 0, (size_t)m->coordinates * sizeof *rate);
-    status = judge(m, "kinematics", m->model.kinematics(rate, q, v, m->model.user));
+    status = check_answer(m, "kinematics", m->model.kinematics(rate, q, v, m->model.user));
     return check(m, status, &(filled){"rate", rate, (size_t)m->coordinates, 0}, 1);
 }
 
@@ -209,7 +209,7 @@ perp_status perp__evaluate_bias(perp_mechanism *m, double *bias, double *error, 
     memset(bias, 0, rows * sizeof *bias);
     memset(terms, 0, rows * sizeof *terms); /* the largest so far */
     if (m->model.curvature && rows > 0) {
-        status = judge(m, "curvature", m->model.curvature(bias, t, q, v, m->model.user));
+        status = check_answer(m, "curvature", m->model.curvature(bias, t, q, v, m->model.user));
         status = check(m, status, &(filled){"bias", bias, rows, 0}, 1);
     }
     while (wrong > 0.0 && level < levels && level < gained + PERP__BIAS_COLUMNS) {
@@ -277,7 +277,7 @@ perp_status perp__evaluate_move(perp_mechanism *m, double *q1, const double *q0,
         q1[i] = q0[i] + h * q1[i];
     status = perp__check_finite(m->context, "(q + h N(q) v)", q1, (size_t)m->coordinates);
     if (status == PERP_OK && m->model.normalise) {
-        status = judge(m, "normalise", m->model.normalise(q1, m->model.user));
+        status = check_answer(m, "normalise", m->model.normalise(q1, m->model.user));
         status = check(m, status, &(filled){"q", q1, (size_t)m->coordinates, 0}, 1);
     }
     return status;

@@ -23,19 +23,19 @@ static double target_of(const perp_mechanism *m, const perp__velocity_problem *p
 
 void perp__hold_row(perp_mechanism *m, const perp__terms *terms, int32_t row, double target)
 {
-    double *next = perp__held_rows_next(&m->held);
+    double *next = perp__active_rows_next(&m->held);
 
     memcpy(next, terms->J + (size_t)row * (size_t)m->n, (size_t)m->n * sizeof *next);
     perp__solve_lower(m, terms, next);
-    perp__held_rows_take(&m->held, target);
+    perp__active_rows_add(&m->held, target);
 }
 
 void perp__hold_constraints(perp_mechanism *m, const perp__terms *terms)
 {
-    perp__held_rows_begin(&m->held, m->n);
+    perp__active_rows_begin(&m->held, m->n);
     for (int32_t i = 0; i < m->constraints; i++)
         perp__hold_row(m, terms, m->constraint_row[i], 0.0);
-    perp__held_rows_solve(&m->held);
+    perp__active_rows_solve(&m->held);
 }
 
 /* v in m->work, or 0 where that does not agree with the solution. */
@@ -44,7 +44,7 @@ static int32_t hold(perp_mechanism *m, const perp__motion *answer,
 {
     double *v = m->work, *difference = v + m->n, size;
 
-    perp__held_rows_solve(&m->held);
+    perp__active_rows_solve(&m->held);
     memcpy(v, problem->momentum, (size_t)m->n * sizeof *v);
     for (int32_t i = 0; i < m->rows; i++)
         if (!answer->holds[i])
@@ -53,7 +53,7 @@ static int32_t hold(perp_mechanism *m, const perp__motion *answer,
     size = perp__length(v, m->n) + perp__length(m->held.particular, m->n);
     if (m->held.rank == m->n)
         memset(v, 0, (size_t)m->n * sizeof *v);
-    perp__held_rows_free(&m->held, v);
+    perp__active_rows_free(&m->held, v);
     perp__solve_upper(m, problem->terms, v);
     /* a coordinate that the rows determine, or that one row alone does, has no rounding */
     for (int32_t i = 0; i < m->n && m->held.rank > 0; i++) {
@@ -67,7 +67,7 @@ static int32_t hold(perp_mechanism *m, const perp__motion *answer,
             length = perp__length(unit, m->n);
             for (int32_t k = i; k < m->n; k++)
                 unit[k] /= length;
-            rests = perp__held_rows_fix(&m->held, i, m->n - i);
+            rests = perp__active_rows_fix(&m->held, i, m->n - i);
         }
         if (rests)
             v[i] = 0.0;
@@ -94,7 +94,7 @@ void perp__hold_velocities(perp_mechanism *m, perp__motion *answer,
 {
     int32_t agrees;
 
-    perp__held_rows_begin(&m->held, m->n);
+    perp__active_rows_begin(&m->held, m->n);
     for (int32_t i = 0; i < m->rows; i++)
         if (answer->holds[i])
             perp__hold_row(m, problem->terms, i, target_of(m, problem, i));
@@ -144,7 +144,7 @@ double perp__momentum_residual(perp_mechanism *m, const perp__terms *terms, cons
     return worst > 0.0 ? worst / largest : worst;
 }
 
-void perp__judge_iterate(perp_mechanism *m, double beside)
+void perp__check_iterate(perp_mechanism *m, double beside)
 {
     const perp__evidence evidence = {beside, beside, beside, 1};
 
@@ -153,7 +153,7 @@ void perp__judge_iterate(perp_mechanism *m, double beside)
         perp__worse_outcome(m->answer.outcome, perp__gate(&evidence, m->settings.tol, -1));
 }
 
-void perp__judge_motion(perp_mechanism *m, perp__motion *answer,
+void perp__check_motion(perp_mechanism *m, perp__motion *answer,
                         const perp__velocity_problem *problem)
 {
     /* impulses are known as well as the laws are met, up to levers */
@@ -161,7 +161,7 @@ void perp__judge_motion(perp_mechanism *m, perp__motion *answer,
         fmax(PERP__AGREEMENT, PERP__LEVERS * fmax(m->settings.tol, answer->residual));
     perp__evidence evidence = {0.0, 0.0, INFINITY, 1};
 
-    evidence.tested = evidence.own =
+    evidence.tested = evidence.own_residual =
         perp__momentum_residual(m, problem->terms, problem->momentum, answer->v, answer->r);
     answer->outcome = perp__worse_outcome(answer->outcome, perp__gate(&evidence, tol, -1));
 }

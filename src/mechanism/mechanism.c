@@ -141,7 +141,7 @@ static void layout(perp__arena *arena, void *object)
         PERP__INTEGERS(arena, contacts + (size_t)m->dry, &motion->modes);
         motion->holds = perp__arena_take(arena, rows, 1);
     }
-    perp__held_rows_layout(&m->held, arena, rows * n, rows, n);
+    perp__active_rows_layout(&m->held, arena, rows * n, rows, n);
     PERP__DOUBLES(arena, n, &m->momentum, &m->free, &m->kept_v, &m->acceleration);
     PERP__DOUBLES(arena, (size_t)m->dry, &m->dry_bound);
     PERP__DOUBLES(arena, rows, &m->start_velocity, &m->free_velocity);
@@ -318,18 +318,18 @@ perp_status perp_mechanism_create(perp_context *context, perp_mechanism **mechan
                                   const perp_mechanism_model *model)
 {
     perp_mechanism *m = NULL;
-    perp_mechanism_settings own;
+    perp_mechanism_settings copy;
     perp_mechanism_model read;
     perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
         return status;
     status = perp__check_pointer(context, "mechanism", mechanism);
-    PERP__THEN(status, read_settings(context, &own, settings));
+    PERP__THEN(status, read_settings(context, &copy, settings));
     PERP__THEN(status, read_model(context, &read, model));
     if (status == PERP_OK) {
         m = perp__handle_create(context, &kind);
-        status = m ? make(m, &own, &read) : PERP_ERROR_MEMORY;
+        status = m ? make(m, &copy, &read) : PERP_ERROR_MEMORY;
     }
     if (m)
         PERP__HAND_OUT(status, m, mechanism);
@@ -358,14 +358,14 @@ int32_t perp__mechanism_is_late(const perp_mechanism *m)
 perp_status perp_mechanism_set(perp_mechanism *mechanism, const perp_mechanism_settings *settings)
 {
     perp_mechanism *m = mechanism;
-    perp_mechanism_settings own;
+    perp_mechanism_settings copy;
     perp_status status = perp__mechanism_enter(m);
 
     if (status != PERP_OK)
         return status;
-    status = read_settings(m->context, &own, settings);
-    PERP__THEN(status, fit_assemblies(m, &own));
+    status = read_settings(m->context, &copy, settings);
+    PERP__THEN(status, fit_assemblies(m, &copy));
     if (status == PERP_OK)
-        m->settings = own;
+        m->settings = copy;
     return perp__leave(m->context, status);
 }

@@ -12,7 +12,7 @@
 #include "base/check.h"
 #include "base/handle.h"
 #include "base/outcome.h"
-#include "linalg/held_rows.h"
+#include "linalg/active_rows.h"
 #include "linalg/matrix.h"
 #include "mechanism/tuning.h"
 
@@ -122,7 +122,7 @@ struct perp_mechanism {
     perp__motion compressed;             /* of an impact: where its expansion begins */
     perp__motion now, next, trial, half; /* of a run */
     perp__assembly assembly, projection;
-    perp__held_rows held;
+    perp__active_rows held;
     double *momentum, *free; /* n: M v + h k, and the velocities without impulses */
     double *shift, *friction, *pressure, *dry_bound;
     double *impact_shift;   /* contacts: of the second stage */
@@ -238,12 +238,12 @@ double perp__momentum_residual(perp_mechanism *m, const perp__terms *terms, cons
                                const double *v, const double *r);
 /* An iteration ended with this left of the step's problem, beside its terms: m->answer's residual
  * and outcome tell. */
-void perp__judge_iterate(perp_mechanism *m, double beside);
+void perp__check_iterate(perp_mechanism *m, double beside);
 /* factor := L of the symmetric part of A, n by n, which takes the place of A; whether that is
  * positive definite. */
 int32_t perp__factor_symmetric_part(int32_t n, double *A, double *factor);
 /* The answer's outcome, after what v and r leave of the problem's momentum balance. */
-void perp__judge_motion(perp_mechanism *m, perp__motion *answer,
+void perp__check_motion(perp_mechanism *m, perp__motion *answer,
                         const perp__velocity_problem *problem);
 /* PERP_OK, or a refusal that names what overflowed: numbers that are finite each may together. */
 perp_status perp__mechanism_check_end(perp_mechanism *m, const perp__motion *state);

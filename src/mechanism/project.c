@@ -128,13 +128,13 @@ static perp_status solve(perp_mechanism *m, perp_mechanism_step *step, const per
          * as long as they are independent, and d is finite */
         *found = !several;
         if (!several) {
-            perp__held_rows_begin(&m->held, m->n);
+            perp__active_rows_begin(&m->held, m->n);
             for (int32_t j = 0; j < m->constraints; j++)
                 perp__hold_row(m, &m->end, m->constraint_row[j], -m->end.c[j]);
             for (int32_t j = 0; j < m->contacts; j++)
                 if (j == only || (to && presses(m, to, j)))
                     perp__hold_row(m, &m->end, m->starts[j], -m->end.gap[j]);
-            perp__held_rows_solve(&m->held);
+            perp__active_rows_solve(&m->held);
             memcpy(d, m->held.particular, (size_t)m->n * sizeof *d);
             perp__solve_upper(m, &m->end, d);
             *found = m->held.rank == m->held.count && perp__all_finite(d, (size_t)m->n);

@@ -169,7 +169,7 @@ static perp_status check_all(perp_ncp_solver *solver, perp_ncp_check *check, con
 perp_status perp_ncp_check_jacobian(perp_context *context, perp_ncp_check *check,
                                     const perp_ncp_problem *problem, const double *z)
 {
-    perp_ncp_check own = {0};
+    perp_ncp_check copy = {0};
     perp_ncp_solver *solver = NULL;
     perp_status status = perp__enter(context);
 
@@ -181,9 +181,9 @@ perp_status perp_ncp_check_jacobian(perp_context *context, perp_ncp_check *check
     if (status == PERP_OK && !solver->model.problem.jacobian)
         status = perp__refuse(context, "problem.jacobian is NULL");
     PERP__THEN(status, perp__check_vector(context, "z", z, (size_t)solver->model.n));
-    PERP__THEN(status, check_all(solver, &own, z));
+    PERP__THEN(status, check_all(solver, &copy, z));
     perp__handle_end(solver);
     if (status == PERP_OK)
-        perp__struct_write(check, &own, sizeof own);
+        perp__struct_write(check, &copy, sizeof copy);
     return perp__leave(context, status);
 }

@@ -28,7 +28,7 @@ static void colour(perp__ncp_model *m)
     for (int32_t i = 0; i < m->n; i++)
         c->marks[i] = 0;
     for (int32_t j = 0; j < m->n; j++) {
-        int32_t own = m->sparse ? 0 : c->count;
+        int32_t colour = m->sparse ? 0 : c->count;
 
         c->of[j] = -1;
         if (!(m->lower[j] < m->upper[j]))
@@ -39,11 +39,11 @@ static void colour(perp__ncp_model *m)
                      p < c->row_starts[rows[k] + 1] && c->row_columns[p] < j; p++)
                     if (c->of[c->row_columns[p]] >= 0)
                         c->marks[c->of[c->row_columns[p]]] = j + 1;
-            while (c->marks[own] == j + 1)
-                own++;
+            while (c->marks[colour] == j + 1)
+                colour++;
         }
-        c->of[j] = own;
-        c->count = own >= c->count ? own + 1 : c->count;
+        c->of[j] = colour;
+        c->count = colour >= c->count ? colour + 1 : c->count;
     }
     /* 3. The columns by colour. */
     memset(c->starts, 0, ((size_t)m->n + 1) * sizeof(int32_t));

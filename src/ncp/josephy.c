@@ -83,9 +83,9 @@ static perp_status go_back(perp__newton *f, perp__ncp_linear *l)
 }
 
 /* 1 if it moved, 0 if not, or a negative status. */
-static perp_status step(perp__newton *f, void *own)
+static perp_status step(perp__newton *f, void *user)
 {
-    perp__ncp_linear *l = own;
+    perp__ncp_linear *l = user;
     const int32_t is_away = l->since > 0 && f->psi > PERP__PROGRESS * l->kept_psi;
     const int32_t trials = is_away ? 1 : TRIALS;
     perp_status moved = 0;

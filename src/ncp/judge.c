@@ -71,16 +71,16 @@ static void measure(perp_ncp_solver *solver, perp__evidence *evidence)
         if (wrong > 0.0)
             perp__raise_to(&evidence->backward, eta >= 0.0 ? eta : INFINITY);
     }
-    evidence->own = evidence->tested;
+    evidence->own_residual = evidence->tested;
     if (evidence->tested <= sqrt(solver->settings.tol))
-        evidence->own = own_residual(solver);
+        evidence->own_residual = own_residual(solver);
 }
 
-perp_status perp__ncp_judge(perp_ncp_solver *solver, perp__ncp_worth *worth)
+perp_status perp__ncp_outcome_of(perp_ncp_solver *solver, perp__ncp_residuals *residuals)
 {
     perp__ncp_model *m = &solver->model;
     perp__newton *f = &solver->run.newton;
-    perp__evidence *evidence = &worth->evidence;
+    perp__evidence *evidence = &residuals->evidence;
     const double *z = solver->candidate, deadline = m->control.deadline;
     const int32_t late = perp__ncp_is_late(m);
     perp_status status;
@@ -98,21 +98,21 @@ perp_status perp__ncp_judge(perp_ncp_solver *solver, perp__ncp_worth *worth)
     if (status != PERP_OK && (status != PERP__NCP_OUTSIDE || m->known))
         return status;
     /* 2. The numbers. */
-    worth->natural = 0.0;
+    residuals->natural = 0.0;
     for (int32_t i = 0; i < m->n; i++)
-        perp__raise_to(&worth->natural,
+        perp__raise_to(&residuals->natural,
                        fabs(perp__mid(z[i], m->lower[i], m->upper[i], m->w_caller[i])));
-    worth->at_start = perp__ncp_residual_at_start(m, solver->candidate, m->w_caller);
+    residuals->at_start = perp__ncp_residual_at_start(m, solver->candidate, m->w_caller);
     if (m->known && m->n > 0) {
         measure(solver, evidence);
     } else { /* no scales but those of the start */
         const int32_t tells = perp__ncp_start_tells(m, solver->candidate, m->w_caller);
 
-        evidence->tested = tells && m->start_known ? worth->at_start : worth->natural;
-        evidence->own = tells ? evidence->tested : INFINITY;
+        evidence->tested = tells && m->start_known ? residuals->at_start : residuals->natural;
+        evidence->own_residual = tells ? evidence->tested : INFINITY;
         evidence->backward = INFINITY;
     }
-    evidence->sound = worth->at_start <= sqrt(solver->settings.tol) &&
+    evidence->sound = residuals->at_start <= sqrt(solver->settings.tol) &&
                       perp__all_finite(solver->candidate, (size_t)m->n) &&
                       perp__all_finite(m->w_caller, (size_t)m->n);
     return PERP_OK;

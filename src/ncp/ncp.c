@@ -93,9 +93,9 @@ static void hold_others(perp_ncp_solver *solver, int32_t p)
  * nothing. Those that find something take few; of a problem without a solution all take all. */
 #define RESTART_ITERATIONS (6 * ITERATIONS)
 
-static perp_outcome verdict(const perp_ncp_solver *solver, const perp__ncp_worth *worth)
+static perp_outcome verdict(const perp_ncp_solver *solver, const perp__ncp_residuals *residuals)
 {
-    return perp__gate(&worth->evidence, solver->settings.tol, worth->said);
+    return perp__gate(&residuals->evidence, solver->settings.tol, residuals->said);
 }
 
 static int32_t is_good(const perp_ncp_solver *solver)
@@ -104,14 +104,15 @@ static int32_t is_good(const perp_ncp_solver *solver)
 }
 
 /* The largest of what speaks against a point. */
-static double objection(const perp__ncp_worth *worth)
+static double objection(const perp__ncp_residuals *residuals)
 {
-    return fmax(fmax(worth->evidence.tested, worth->evidence.own), worth->at_start);
+    return fmax(fmax(residuals->evidence.tested, residuals->evidence.own_residual),
+                residuals->at_start);
 }
 
-static void keep(perp_ncp_solver *solver, const perp__ncp_worth *worth)
+static void keep(perp_ncp_solver *solver, const perp__ncp_residuals *residuals)
 {
-    solver->best = *worth;
+    solver->best = *residuals;
     perp__copy(solver->best_z, solver->candidate, solver->model.n);
     perp__copy(solver->best_w, solver->model.w_caller, solver->model.n);
 }
@@ -119,23 +120,23 @@ static void keep(perp_ncp_solver *solver, const perp__ncp_worth *worth)
 /* Keeps solver->candidate if it is the best point yet. */
 static perp_status consider(perp_ncp_solver *solver, int32_t method, perp_outcome said)
 {
-    perp__ncp_worth worth;
+    perp__ncp_residuals residuals;
     int32_t good, is_better;
-    perp_status status = perp__ncp_judge(solver, &worth);
+    perp_status status = perp__ncp_outcome_of(solver, &residuals);
 
     if (status != PERP_OK)
         return status < 0 ? status : PERP_OK;
-    worth.said = said;
-    good = perp__is_good(verdict(solver, &worth));
+    residuals.said = said;
+    good = perp__is_good(verdict(solver, &residuals));
     if (solver->best_method < 0)
         is_better = 1;
     else if (good != is_good(solver))
         is_better = good;
     else
-        is_better = objection(&worth) < objection(&solver->best);
+        is_better = objection(&residuals) < objection(&solver->best);
     if (is_better) {
         solver->best_method = method;
-        keep(solver, &worth);
+        keep(solver, &residuals);
     }
     return PERP_OK;
 }
@@ -144,7 +145,7 @@ static perp_status consider(perp_ncp_solver *solver, int32_t method, perp_outcom
 static perp_status write_bounds(perp_ncp_solver *solver)
 {
     const perp__ncp_model *m = &solver->model;
-    perp__ncp_worth worth;
+    perp__ncp_residuals residuals;
     perp_status status;
     int32_t moves = 0;
 
@@ -158,13 +159,13 @@ static perp_status write_bounds(perp_ncp_solver *solver)
     }
     if (!moves)
         return PERP_OK;
-    status = perp__ncp_judge(solver, &worth);
+    status = perp__ncp_outcome_of(solver, &residuals);
     if (status != PERP_OK)
         return status < 0 ? status : PERP_OK;
-    worth.said = solver->best.said;
-    if (perp__is_good(verdict(solver, &worth)) &&
-        objection(&worth) <= fmax(objection(&solver->best), PERP__ROUNDING_LIMIT))
-        keep(solver, &worth);
+    residuals.said = solver->best.said;
+    if (perp__is_good(verdict(solver, &residuals)) &&
+        objection(&residuals) <= fmax(objection(&solver->best), PERP__ROUNDING_LIMIT))
+        keep(solver, &residuals);
     return PERP_OK;
 }
 
@@ -174,8 +175,8 @@ static perp_status run(perp_ncp_solver *solver, int32_t method, int32_t path, do
 {
     const perp_ncp_settings *settings = &solver->settings;
     perp__ncp_model *m = &solver->model;
-    perp__ncp_run *own = &solver->run;
-    perp__newton *f = &own->newton;
+    perp__ncp_run *copy = &solver->run;
+    perp__newton *f = &copy->newton;
     const int32_t shared = settings->method == PERP_NCP_AUTO && method == solver->first_method;
     perp_status status;
 
@@ -189,13 +190,13 @@ static perp_status run(perp_ncp_solver *solver, int32_t method, int32_t path, do
     f->limit =
         settings->max_iterations > 0 ? settings->max_iterations - solver->iterations : ITERATIONS;
     f->limit = shared ? (f->limit + 1) / 2 : f->limit;
-    own->finish = settings->polish;
-    own->fruitless = shared && m->n >= PERP__LARGE_MATRIX ? FRUITLESS : 0;
+    copy->finish = settings->polish;
+    copy->fruitless = shared && m->n >= PERP__LARGE_MATRIX ? FRUITLESS : 0;
     perp__copy(f->z, solver->candidate, m->n);
-    status = perp__ncp_start_run(own);
+    status = perp__ncp_start_run(copy);
     if (status == PERP_OK)
-        status = method == PERP_NCP_JOSEPHY ? perp__ncp_josephy(own, &solver->linear)
-                                            : perp__ncp_fischer(own);
+        status = method == PERP_NCP_JOSEPHY ? perp__ncp_josephy(copy, &solver->linear)
+                                            : perp__ncp_fischer(copy);
     if (status != PERP_OK)
         return status < 0 ? status : PERP_OK;
     solver->iterations += f->iterations;
@@ -384,8 +385,8 @@ perp_status perp__ncp_solve(perp_ncp_solver *solver, double *z, double *w, perp_
     const double started = perp__now();
     perp_context *context = solver->context;
     perp__ncp_model *m = &solver->model;
-    const perp__ncp_worth *best = &solver->best;
-    perp_ncp_result own = {0};
+    const perp__ncp_residuals *best = &solver->best;
+    perp_ncp_result copy = {0};
     perp_status status;
 
     /* 1. What the caller gave. */
@@ -424,19 +425,19 @@ perp_status perp__ncp_solve(perp_ncp_solver *solver, double *z, double *w, perp_
             solver->settings.method == PERP_NCP_AUTO ? PERP_NCP_FISCHER : solver->settings.method;
     }
     /* 3. Its answer. */
-    own.outcome = verdict(solver, best);
-    own.method = solver->best_method;
-    own.iterations = solver->iterations;
-    own.residual = perp__told(best->evidence.tested);
-    own.natural_residual = perp__told(best->natural);
-    own.backward_error = perp__told(best->evidence.backward);
-    own.function_evaluations = m->function_evaluations;
-    own.jacobian_evaluations = m->jacobian_evaluations;
-    own.restarts = m->control.restarts;
-    own.trapped = solver->trapped;
-    own.seconds = perp__now() - started;
+    copy.outcome = verdict(solver, best);
+    copy.method = solver->best_method;
+    copy.iterations = solver->iterations;
+    copy.residual = perp__told(best->evidence.tested);
+    copy.natural_residual = perp__told(best->natural);
+    copy.backward_error = perp__told(best->evidence.backward);
+    copy.function_evaluations = m->function_evaluations;
+    copy.jacobian_evaluations = m->jacobian_evaluations;
+    copy.restarts = m->control.restarts;
+    copy.trapped = solver->trapped;
+    copy.seconds = perp__now() - started;
     perp__copy(z, solver->best_z, m->n);
     perp__copy(w, solver->best_w, m->n);
-    perp__struct_write(result, &own, sizeof own);
+    perp__struct_write(result, &copy, sizeof copy);
     return PERP_OK;
 }

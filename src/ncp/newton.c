@@ -120,7 +120,7 @@ static perp_status direction(perp__newton *f, double rho)
     perp_status status = PERP_OK;
 
     if (m->sparse)
-        status = perp__kept_factor_analyse(&r->factor, m->context, &H);
+        status = perp__cached_factor_analyse(&r->factor, m->context, &H);
     if (status == PERP_OK) {
         perp__ncp_fill(r, rho);
         status = m->sparse ? perp__klu_factor(r->factor.factor, &H)
@@ -212,9 +212,9 @@ static perp_status crash(perp__newton *f)
     return perp__newton_search(f, PERP__PROGRESS * f->psi, 0.0, NULL, PERP__HALVINGS);
 }
 
-static perp_status step(perp__newton *f, void *own)
+static perp_status step(perp__newton *f, void *user)
 {
-    perp__ncp_run *r = own;
+    perp__ncp_run *r = user;
     perp_status moved = r->crashing ? crash(f) : 0;
 
     r->crashing = moved == 1;

@@ -21,9 +21,9 @@ typedef struct perp__ncp_run {
     int8_t *signs;      /* n: -1 where an equation is the other way round than its rho */
     double *H;          /* or its LU factors, if dense, with these: */
     int32_t *pivots;
-    perp__kept_factor factor; /* of a sparse H */
-    int32_t scaled;           /* the run has its scaling */
-    int32_t crashing;         /* fischer: has moved by active sets alone */
+    perp__cached_factor factor; /* of a sparse H */
+    int32_t scaled;             /* the run has its scaling */
+    int32_t crashing;           /* fischer: has moved by active sets alone */
 } perp__ncp_run;
 
 void perp__ncp_run_layout(perp__arena *arena, perp__ncp_run *run);

@@ -55,7 +55,7 @@ static void release(void *object)
 {
     perp_ncp_solver *solver = object;
 
-    perp__kept_factor_release(&solver->run.factor);
+    perp__cached_factor_release(&solver->run.factor);
     perp__handle_end(solver->linear.lcp);
     perp__arena_release(&solver->arena);
 }
@@ -94,32 +94,32 @@ perp_status perp__ncp_setup(perp_ncp_solver *solver, const perp_ncp_problem *pro
 {
     perp_context *context = solver->context;
     perp_ncp_solver next = *solver;
-    perp_ncp_problem own = {0};
+    perp_ncp_problem copy = {0};
     perp_status status = PERP__CHECK(perp_ncp_problem, context, problem);
 
     /* 1. Struct, callbacks, pattern and bounds. */
-    PERP__THEN(status, PERP__READ(perp_ncp_problem, context, &own, problem));
-    if (status == PERP_OK && own.n < 0)
-        status = perp__refuse(context, "problem.n is %d, expected a count", (int)own.n);
-    if (status == PERP_OK && !own.function)
+    PERP__THEN(status, PERP__READ(perp_ncp_problem, context, &copy, problem));
+    if (status == PERP_OK && copy.n < 0)
+        status = perp__refuse(context, "problem.n is %d, expected a count", (int)copy.n);
+    if (status == PERP_OK && !copy.function)
         status = perp__refuse(context, "problem.function is NULL");
-    PERP__THEN(status, check_storage(context, &own));
-    PERP__THEN(status, perp__check_bounds(context, own.lower, own.upper, (size_t)own.n));
+    PERP__THEN(status, check_storage(context, &copy));
+    PERP__THEN(status, perp__check_bounds(context, copy.lower, copy.upper, (size_t)copy.n));
     if (status != PERP_OK)
         return status;
     /* 2. Room; without it the solver keeps its last problem. */
     next.model.context = context;
     next.model.settings = &solver->settings;
-    next.model.problem = own;
-    next.model.n = own.n;
-    next.model.sparse = own.storage == PERP_STORAGE_CSC;
+    next.model.problem = copy;
+    next.model.n = copy.n;
+    next.model.sparse = copy.storage == PERP_STORAGE_CSC;
     status = perp__arena_fit(&next.arena, context, layout, &next);
     if (status != PERP_OK)
         return status;
     next.setups = 1;
     *solver = next;
     solver->run.model = &solver->model;
-    perp__ncp_model_read(&solver->model, &own);
+    perp__ncp_model_read(&solver->model, &copy);
     return PERP_OK;
 }
 

@@ -11,13 +11,13 @@
 #include "ncp/newton.h"
 
 /* What a point is worth, recomputed from F and J there. */
-typedef struct perp__ncp_worth {
+typedef struct perp__ncp_residuals {
     perp__evidence
         evidence; /* tested, own, backward; sound: finite, and at_start is no objection */
     double natural;
     double at_start;   /* tested, by the scales of the start */
     perp_outcome said; /* by the method */
-} perp__ncp_worth;
+} perp__ncp_residuals;
 
 /* What is kept while the parts of a problem are solved one by one. */
 typedef struct perp__ncp_parts {
@@ -42,7 +42,7 @@ struct perp_ncp_solver {
     double *unit;      /* of a perturbation */
     double *candidate; /* caller's units */
     double *best_z, *best_w;
-    perp__ncp_worth best;
+    perp__ncp_residuals best;
     int32_t first_method; /* under auto */
     int32_t best_method;  /* -1: no point yet */
     int64_t iterations;
@@ -52,7 +52,7 @@ struct perp_ncp_solver {
 
 /* The numbers of solver->candidate; F is left in model.w_caller. PERP_OK, PERP__NCP_OUTSIDE or
  * PERP_ERROR_CALLBACK. */
-perp_status perp__ncp_judge(perp_ncp_solver *solver, perp__ncp_worth *worth);
+perp_status perp__ncp_outcome_of(perp_ncp_solver *solver, perp__ncp_residuals *residuals);
 
 /* *trapped := whether best_z is a stationary point of the merit function, within rounding. */
 perp_status perp__ncp_look_for_trap(perp_ncp_solver *solver, int32_t *trapped);

@@ -48,7 +48,7 @@ perp__answer *perp__answer_create(perp__answers *answers, int32_t points)
 {
     const size_t length = (size_t)answers->length, positions = (size_t)answers->positions;
     const size_t doubles =
-        ((size_t)points + 2) * length + (size_t)answers->eigenvalues + (size_t)answers->own;
+        ((size_t)points + 2) * length + (size_t)answers->eigenvalues + (size_t)answers->extra;
     perp__answer *answer = answers->spare;
     double *block;
 
@@ -70,8 +70,8 @@ perp__answer *perp__answer_create(perp__answers *answers, int32_t points)
     answer->middle = block;
     answer->width = block + length;
     answer->eigenvalues = block + 2 * length;
-    answer->own = answer->eigenvalues + answers->eigenvalues;
-    answer->points = answer->own + answers->own;
+    answer->extra = answer->eigenvalues + answers->eigenvalues;
+    answer->points = answer->extra + answers->extra;
     answer->modes = (int32_t *)(void *)(block + doubles);
     answer->pattern = (int8_t *)(answer->modes + positions);
     return answer;

@@ -47,7 +47,7 @@ typedef struct perp__answer {
     double *points;         /* vertices, then rays */
     double *middle, *width; /* a point inside; what is 0 there */
     double *eigenvalues;
-    double *own;     /* numbers of the user's own */
+    double *extra;   /* numbers of the user's own */
     int32_t *modes;  /* positions */
     int8_t *pattern; /* 2 positions */
 } perp__answer;
@@ -56,7 +56,7 @@ typedef struct perp__answers {
     perp_context *context;
     int32_t length;    /* of a point */
     int32_t positions; /* of a pattern */
-    int32_t eigenvalues, own;
+    int32_t eigenvalues, extra;
     /* Whether `inner` is part of `outer`, which is a family, or equal to it, both isolated. */
     int32_t (*holds)(void *user, perp__answer *outer, const perp__answer *inner);
     void *user;

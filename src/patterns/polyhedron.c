@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "base/context.h"
-#include "linalg/held_rows.h"
+#include "linalg/active_rows.h"
 #include "linalg/matrix.h"
 #include "patterns/patterns.h"
 

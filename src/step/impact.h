@@ -1,7 +1,7 @@
 /* What both steppers, mechanism and world, say of an impact at a normal row.
  *
  * Little more of a step is common to them, and it stands in the layers below: the problem of the
- * velocities in src/contact, what holds in linalg/held_rows.h. The rest looks alike and is not:
+ * velocities in src/contact, what holds in linalg/active_rows.h. The rest looks alike and is not:
  *
  *   rows that take part   mechanism has all contacts from the start and includes those that the
  *                         velocities pass; world finds them, island by island, and drops them

@@ -16,27 +16,27 @@ typedef struct attempt {
     perp_step_result result;
 } attempt;
 
-static perp_status fit(perp_world *world, perp__kept_state *kept, size_t size)
+static perp_status fit(perp_world *world, perp__saved_state *saved, size_t size)
 {
     void *bytes;
 
-    if (size <= kept->room)
+    if (size <= saved->room)
         return PERP_OK;
     bytes = perp__allocate(world->context, 2, size);
     if (!bytes)
         return perp__fail_memory(world->context, "the state before a step");
-    perp__release(world->context, kept->bytes);
-    kept->bytes = bytes;
-    kept->room = 2 * size;
+    perp__release(world->context, saved->bytes);
+    saved->bytes = bytes;
+    saved->room = 2 * size;
     return PERP_OK;
 }
 
-static perp_status keep(perp_world *world, perp__kept_state *kept)
+static perp_status keep(perp_world *world, perp__saved_state *saved)
 {
-    perp_status status = fit(world, kept, perp__snapshot_bytes(world));
+    perp_status status = fit(world, saved, perp__snapshot_bytes(world));
 
     if (status == PERP_OK)
-        perp__snapshot_write(world, kept->bytes);
+        perp__snapshot_write(world, saved->bytes);
     return status;
 }
 

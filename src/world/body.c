@@ -189,16 +189,16 @@ perp_status perp_world_remove_body(perp_world *world, perp_body body)
 
 static perp_status get_body(const perp_world *world, perp_body_state *state, perp_body id)
 {
-    perp_body_state own;
+    perp_body_state copy;
     int32_t slot;
     perp_status status = PERP__CHECK(perp_body_state, world->context, state);
 
     PERP__THEN(status, perp__find_body(world, &slot, id));
-    PERP__THEN(status, perp_body_state_init(&own, sizeof own));
+    PERP__THEN(status, perp_body_state_init(&copy, sizeof copy));
     if (status != PERP_OK)
         return status;
-    memcpy(NUMBERS_OF(perp_body_state, &own), &world->states[slot], offsetof(perp__state, put));
-    perp__struct_write(state, &own, sizeof own);
+    memcpy(NUMBERS_OF(perp_body_state, &copy), &world->states[slot], offsetof(perp__state, put));
+    perp__struct_write(state, &copy, sizeof copy);
     return PERP_OK;
 }
 
@@ -209,19 +209,19 @@ perp_status perp_world_get_body(const perp_world *world, perp_body_state *state,
 
 static perp_status set_body(perp_world *world, const perp_body_state *caller, perp_body id)
 {
-    perp_body_state own;
+    perp_body_state copy;
     perp__state state;
     int32_t slot;
     perp_status status = perp__check_pointer(world->context, "state", caller);
 
     PERP__THEN(status, perp__find_body(world, &slot, id));
-    PERP__THEN(status, perp_body_state_init(&own, sizeof own));
-    PERP__THEN(status, perp__struct_read(world->context, "state", &own, sizeof own, caller,
+    PERP__THEN(status, perp_body_state_init(&copy, sizeof copy));
+    PERP__THEN(status, perp__struct_read(world->context, "state", &copy, sizeof copy, caller,
                                          PERP__FIRST(perp_body_state)));
     if (status != PERP_OK)
         return status;
     memset(&state, 0, sizeof state);
-    memcpy(&state, NUMBERS_OF(perp_body_state, &own), offsetof(perp__state, put));
+    memcpy(&state, NUMBERS_OF(perp_body_state, &copy), offsetof(perp__state, put));
     status =
         check_state(world, &state, "state.position", "state.velocity", "state.angular_velocity");
     PERP__THEN(status, perp__check_vector3(world, "state.force", state.force));
@@ -274,20 +274,20 @@ perp_status perp_world_get_mass(const perp_world *world, double *mass, double *i
 static perp_status get_states(const perp_world *world, perp_world_states *states)
 {
     const perp__state *first = world->states;
-    perp_world_states own;
+    perp_world_states copy;
     perp_status status = PERP__CHECK(perp_world_states, world->context, states);
 
-    PERP__THEN(status, perp_world_states_init(&own, sizeof own));
+    PERP__THEN(status, perp_world_states_init(&copy, sizeof copy));
     if (status != PERP_OK)
         return status;
-    own.slots = world->body_slots;
-    own.pose_stride = own.twist_stride = sizeof *first;
-    own.position = first->position;
-    own.orientation = first->orientation;
-    own.angle = &first->angle;
-    own.velocity = first->velocity;
-    own.angular_velocity = first->angular_velocity;
-    perp__struct_write(states, &own, sizeof own);
+    copy.slots = world->body_slots;
+    copy.pose_stride = copy.twist_stride = sizeof *first;
+    copy.position = first->position;
+    copy.orientation = first->orientation;
+    copy.angle = &first->angle;
+    copy.velocity = first->velocity;
+    copy.angular_velocity = first->angular_velocity;
+    perp__struct_write(states, &copy, sizeof copy);
     return PERP_OK;
 }
 

@@ -86,13 +86,14 @@ double perp__energy_gained(const perp_world *world, const perp__island *island, 
 static double turn_gave(const perp_world *world, int32_t body, int32_t all)
 {
     const perp__state *next = &world->next[body];
-    const double own = perp__kinetic_of(world, body, next, next->velocity);
+    const double spinning = perp__kinetic_of(world, body, next, next->velocity);
     perp__state before = world->states[body];
 
     perp__copy3(before.angular_velocity, next->angular_velocity);
     if (world->roles[body].jointed)
         return 0.0;
-    return all ? own : fmax(own - perp__kinetic_of(world, body, &before, before.velocity), 0.0);
+    return all ? spinning
+               : fmax(spinning - perp__kinetic_of(world, body, &before, before.velocity), 0.0);
 }
 
 /* Takes what the step gave from what turns gave, as far as that goes, each body's share from its

@@ -149,7 +149,7 @@ void perp__stop_coasting(perp_world *world, int32_t i)
     if (world->motions[i].coasts != world->coasting)
         return;
     world->motions[i].coasts = 0;
-    world->lively[world->lively_count++] = i;
+    world->moving_bodies[world->moving_count++] = i;
     exchange(world, i);
     perp__start_motion(world, i, world->step_length); /* it may have glided so far */
 }
@@ -165,7 +165,7 @@ static void integrate(perp_world *world, perp__share *share, double h)
 {
     share->found = -1;
     for (int32_t i = share->first; i < share->end && share->found < 0; i++) {
-        const int32_t body = world->lively[i];
+        const int32_t body = world->moving_bodies[i];
         const int32_t kind = world->bodies[body].kind;
         perp__state *next = &world->next[body];
         perp__motion *motion = &world->motions[body];
@@ -206,7 +206,7 @@ static void integrate(perp_world *world, perp__share *share, double h)
 int32_t perp__integrate(perp_world *world, double h)
 {
     perp__share all = {.found = -1};
-    const int32_t lanes = perp__share_out(world, world->lively_count, integrate, h, &all);
+    const int32_t lanes = perp__share_out(world, world->moving_count, integrate, h, &all);
 
     for (int32_t k = 0; k < lanes && all.found < 0; k++)
         all.found = world->lanes[k].share.found;

@@ -115,7 +115,7 @@ static void apply(perp_world *world, const perp__island *island)
         const int32_t body = world->body_order[island->first_body + i];
         const double *shift = world->motions[body].shift;
         perp__state *state = &world->next[body];
-        double before[9], after[9], own[3];
+        double before[9], after[9], local[3];
 
         perp__rotation_of(world, state, before);
         perp__add3(state->position, 1.0, shift);
@@ -124,8 +124,8 @@ static void apply(perp_world *world, const perp__island *island)
             perp__is_zero3(state->angular_velocity))
             continue;
         perp__rotation_of(world, state, after);
-        perp__apply_transposed3(own, before, state->angular_velocity);
-        perp__apply3(state->angular_velocity, after, own);
+        perp__apply_transposed3(local, before, state->angular_velocity);
+        perp__apply3(state->angular_velocity, after, local);
     }
 }
 
@@ -254,7 +254,7 @@ perp_status perp__project_overlaps(perp_world *world, int32_t *changed)
     double depth = 0.0;
     perp_status status = perp__end_islands(world, changed);
 
-    PERP__THEN(status, perp__enclose(world, world->lively, world->lively_count, 0.0, 0.0));
+    PERP__THEN(status, perp__enclose(world, world->moving_bodies, world->moving_count, 0.0, 0.0));
     if (status == PERP_OK && !world->awake_changed)
         depth = deepest(world);
     if (status != PERP_OK || depth == 0.0)
@@ -293,12 +293,12 @@ void perp__find_put(perp_world *world)
 
     for (int32_t i = 0; i < 2 * set->count; i++) {
         const perp__world_contact *contact = &set->contacts[i / 2];
-        const int32_t *body = set->ties[i / 2].body;
-        const int64_t own = world->states[body[i % 2]].put;
+        const int32_t *body = set->flags[i / 2].body;
+        const int64_t put = world->states[body[i % 2]].put;
 
         if (perp__is_dynamic(world, body[i % 2]) &&
-            ((((own | world->states[body[1 - i % 2]].put) & PERP__PUT) && perp__is_deep(contact)) ||
-             ((own & PERP__PUT_INTO) && contact->gap < -0.5 * perp__deep_overlap(contact))))
+            ((((put | world->states[body[1 - i % 2]].put) & PERP__PUT) && perp__is_deep(contact)) ||
+             ((put & PERP__PUT_INTO) && contact->gap < -0.5 * perp__deep_overlap(contact))))
             world->roles[body[i % 2]].put = PERP__PUT_INTO;
     }
 }

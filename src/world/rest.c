@@ -129,26 +129,27 @@ void perp__list_awake(perp_world *world)
 
 /* ---- what contacts are kept as ---- */
 
-void perp__drop_kept(perp_world *world, int32_t *first)
+void perp__drop_sleeping(perp_world *world, int32_t *first)
 {
     while (*first != NONE) {
         const int32_t number = *first;
-        perp__kept *kept = &world->kept[number];
+        perp__sleeping_contact *sleeping = &world->sleeping[number];
 
-        *first = kept->next;
-        kept->next = world->free_kept;
-        world->free_kept = number;
-        world->kept_count--;
-        world->kept_included -= kept->included;
+        *first = sleeping->next;
+        sleeping->next = world->free_sleeping;
+        world->free_sleeping = number;
+        world->sleeping_count--;
+        world->sleeping_included -= sleeping->included;
     }
 }
 
 void perp__forget_naps(perp_world *world)
 {
     for (int32_t i = 0; i < world->pair_slots; i++)
-        world->pairs[i].first_kept = NONE;
-    world->kept_slots = world->kept_count = world->kept_included = world->orphan_count = 0;
-    world->free_kept = world->first_orphan = NONE;
+        world->pairs[i].first_sleeping = NONE;
+    world->sleeping_slots = world->sleeping_count = world->sleeping_included = world->orphan_count =
+        0;
+    world->free_sleeping = world->first_orphan = NONE;
 }
 
 /* Keeps contact i of the last step, whose pair's memories were written, behind what its pair kept
@@ -157,30 +158,30 @@ static void keep_contact(perp_world *world, int32_t i, perp__nap *nap)
 {
     const perp__world_contact *contact = &world->last.contacts[i];
     perp__pair *pair = &world->pairs[contact->pair];
-    perp__tie *tie = &world->last.ties[i];
-    int32_t *link = &pair->first_kept, slot = world->free_kept;
-    perp__kept *kept;
+    perp__contact_flags *flag = &world->last.flags[i];
+    int32_t *link = &pair->first_sleeping, slot = world->free_sleeping;
+    perp__sleeping_contact *sleeping;
 
     if (slot != NONE)
-        world->free_kept = world->kept[slot].next;
+        world->free_sleeping = world->sleeping[slot].next;
     else
-        slot = world->kept_slots++;
+        slot = world->sleeping_slots++;
     while (*link != NONE)
-        link = &world->kept[*link].next;
+        link = &world->sleeping[*link].next;
     *link = slot;
-    kept = memset(&world->kept[slot], 0, sizeof *kept);
-    kept->next = NONE;
-    world->kept_count++;
-    perp__write_memory(&world->last, i, &kept->memory);
-    kept->order = perp__contact_order(contact);
-    kept->included = tie->included;
-    world->kept_included += tie->included;
-    nap->contacts += tie->included;
-    if (tie->included && tie->rubs)
+    sleeping = memset(&world->sleeping[slot], 0, sizeof *sleeping);
+    sleeping->next = NONE;
+    world->sleeping_count++;
+    perp__write_memory(&world->last, i, &sleeping->memory);
+    sleeping->order = perp__contact_order(contact);
+    sleeping->included = flag->included;
+    world->sleeping_included += flag->included;
+    nap->contacts += flag->included;
+    if (flag->included && flag->rubs)
         nap->tangents += world->settings.planar ? 1 : 2;
-    perp__write_record(&world->last, i, &kept->record);
-    world->last_included -= tie->included;
-    tie->included = 0;
+    perp__write_record(&world->last, i, &sleeping->record);
+    world->last_included -= flag->included;
+    flag->included = 0;
     pair->memories = 0;
 }
 
@@ -254,24 +255,24 @@ static void join_nap(perp_world *world, int32_t body, int32_t root)
     world->bodies[body].next_member = NONE;
     nap->rounded |= verdict->outcome == PERP_OUTCOME_ROUNDING_LIMIT;
     perp__raise_to(&nap->residual, verdict->residual);
-    nap->islands += verdict->leads;
-    nap->solved += verdict->leads && verdict->stages > 0;
+    nap->islands += verdict->is_first;
+    nap->solved += verdict->is_first && verdict->stages > 0;
 }
 
 void perp__fall_asleep(perp_world *world)
 {
     const perp__growing naps = PERP__GROWING(world->naps, world->nap_slots, 1);
-    const perp__growing kept = PERP__GROWING(world->kept, world->kept_slots, 1);
+    const perp__growing sleeping = PERP__GROWING(world->sleeping, world->sleeping_slots, 1);
     int32_t i, calm = 0, slept = 0;
 
     /* 1. Not where nothing is calm, or without room. */
-    for (i = 0; i < world->lively_count; i++)
-        calm += is_calm(world, world->lively[i]);
+    for (i = 0; i < world->moving_count; i++)
+        calm += is_calm(world, world->moving_bodies[i]);
     if (calm == 0 || world->settings.max_iterations > 0 || world->settings.wakeful ||
         perp__grow(world->context, NULL, &world->nap_capacity, (int64_t)world->nap_slots + calm,
                    &naps, 1) != PERP_OK ||
         perp__grow(world->context, NULL, &world->kept_capacity,
-                   (int64_t)world->kept_count + world->last.count, &kept, 1) != PERP_OK)
+                   (int64_t)world->sleeping_count + world->last.count, &sleeping, 1) != PERP_OK)
         return;
     /* 2. Those whose sets are calm; what does not move by itself sleeps where it is. */
     find_calm(world);
@@ -290,7 +291,7 @@ void perp__fall_asleep(perp_world *world)
         return;
     /* 3. Their contacts, and what all that sleeps is. */
     for (i = 0; i < world->last.count; i++) {
-        const int32_t *body = world->last.ties[i].body;
+        const int32_t *body = world->last.flags[i].body;
         const int32_t a = world->bodies[body[0]].nap;
         const int32_t nap = a != NONE ? a : world->bodies[body[1]].nap;
 

@@ -85,7 +85,7 @@ static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body bod
                                     PERP__GROWING(world->shapes, world->shape_slots, 1)};
     uint32_t generation = 1;
     int32_t slot, body;
-    perp__shape *own;
+    perp__shape *copy;
     perp_status status = perp__find_body(world, &body, body_id);
 
     if (status == PERP_OK && shape->geometry.kind == PERP__PLANE && perp__is_dynamic(world, body))
@@ -105,27 +105,27 @@ static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body bod
     } else {
         slot = world->shape_slots++;
     }
-    own = &world->shapes[slot];
-    *own = *shape;
-    own->alive = 1;
-    own->body = body;
-    own->generation = generation;
-    own->reach = perp__length3(own->offset) + own->radius;
+    copy = &world->shapes[slot];
+    *copy = *shape;
+    copy->alive = 1;
+    copy->body = body;
+    copy->generation = generation;
+    copy->reach = perp__length3(copy->offset) + copy->radius;
     /* on the lists of its body's, and of the half-spaces; its pairs come with the next step */
-    own->leaf = own->first_link = -1;
-    own->mark = 0;
-    own->next_of_body = world->bodies[body].first_shape;
+    copy->leaf = copy->first_link = -1;
+    copy->mark = 0;
+    copy->next_of_body = world->bodies[body].first_shape;
     world->bodies[body].first_shape = slot;
     perp__note_put(world, body);
     perp__disturb(world, body);
-    if (own->geometry.kind == PERP__PLANE) {
-        own->next_plane = world->first_plane;
+    if (copy->geometry.kind == PERP__PLANE) {
+        copy->next_plane = world->first_plane;
         world->first_plane = slot;
         world->planes_changed = 1;
     }
     world->bodies[body].shapes++;
-    if (own->geometry.kind != PERP__PLANE && own->reach > world->bodies[body].radius)
-        world->bodies[body].radius = own->reach;
+    if (copy->geometry.kind != PERP__PLANE && copy->reach > world->bodies[body].radius)
+        world->bodies[body].radius = copy->reach;
     world->stats.shapes++;
     if (id)
         *id = perp__id(slot, generation);

@@ -24,7 +24,7 @@ static snapshot_header header_of(const perp_world *world)
     header.world = (uint64_t)(uintptr_t)world;
     header.edition = world->edition;
     header.slots = (uint64_t)world->body_slots;
-    header.memories = (uint64_t)(world->memory_count + world->kept_count - world->orphan_count);
+    header.memories = (uint64_t)(world->memory_count + world->sleeping_count - world->orphan_count);
     return header;
 }
 
@@ -83,9 +83,9 @@ void perp__snapshot_write(const perp_world *world, char *blob)
         memcpy(blob, world->memories, memories);
     blob += memories;
     for (int32_t i = 0; i < world->pair_slots; i++)
-        for (int32_t k = world->pairs[i].first_kept; world->pairs[i].first >= 0 && k >= 0;
-             k = world->kept[k].next) {
-            memcpy(blob, &world->kept[k].memory, sizeof *world->memories);
+        for (int32_t k = world->pairs[i].first_sleeping; world->pairs[i].first >= 0 && k >= 0;
+             k = world->sleeping[k].next) {
+            memcpy(blob, &world->sleeping[k].memory, sizeof *world->memories);
             blob += sizeof *world->memories;
         }
 }

@@ -16,7 +16,7 @@ typedef struct question {
     perp_world_contact *contacts;
     int32_t capacity, count;
     double *velocities;
-    perp_statics_result own;
+    perp_statics_result copy;
     double h;
     int32_t any; /* an island was decided */
 } question;
@@ -125,16 +125,16 @@ static void write_velocities(const question *q, const perp__island *island, cons
 /* What of the whole world is known with one part more. */
 static void take_in(question *q, const perp__statics_answer *answer)
 {
-    perp_statics_result *own = &q->own;
+    perp_statics_result *copy = &q->copy;
 
-    if (answer->verdict == PERP_STATICS_FALLS && own->verdict != PERP_STATICS_FALLS)
-        own->work = answer->work / q->h;
-    if (answer->verdict != PERP_STATICS_STANDS && own->verdict != PERP_STATICS_FALLS)
-        own->verdict = answer->verdict;
-    own->margin = fmin(own->margin, answer->margin);
-    own->safety = fmin(own->safety, answer->safety); /* NaN: has no part of the load */
-    own->unbalance = fmax(own->unbalance, answer->unbalance);
-    own->iterations += answer->iterations;
+    if (answer->verdict == PERP_STATICS_FALLS && copy->verdict != PERP_STATICS_FALLS)
+        copy->work = answer->work / q->h;
+    if (answer->verdict != PERP_STATICS_STANDS && copy->verdict != PERP_STATICS_FALLS)
+        copy->verdict = answer->verdict;
+    copy->margin = fmin(copy->margin, answer->margin);
+    copy->safety = fmin(copy->safety, answer->safety); /* NaN: has no part of the load */
+    copy->unbalance = fmax(copy->unbalance, answer->unbalance);
+    copy->iterations += answer->iterations;
     q->any = 1;
 }
 
@@ -176,7 +176,7 @@ static perp_status decide(question *q, const perp__island *island)
 
     /* 3. What it says of the world. */
     write_contacts(q, island, answer.verdict == PERP_STATICS_STANDS);
-    if (answer.verdict == PERP_STATICS_FALLS && q->own.verdict != PERP_STATICS_FALLS)
+    if (answer.verdict == PERP_STATICS_FALLS && q->copy.verdict != PERP_STATICS_FALLS)
         write_velocities(q, island, answer.v);
     take_in(q, &answer);
     return PERP_OK;
@@ -196,7 +196,7 @@ static void let_fall(question *q, int32_t body)
         return;
     answer.verdict = PERP_STATICS_FALLS;
     answer.work = q->h * perp__dot(wrench, wrench, 6) / most;
-    for (int32_t k = 0; k < 6 && q->velocities && q->own.verdict != PERP_STATICS_FALLS; k++)
+    for (int32_t k = 0; k < 6 && q->velocities && q->copy.verdict != PERP_STATICS_FALLS; k++)
         q->velocities[6 * body + k] = wrench[k] / most;
     take_in(q, &answer);
 }
@@ -231,7 +231,7 @@ static perp_status ask(question *q)
     if (status != PERP_OK)
         return status;
     /* 2. The decisions. */
-    q->own.margin = q->own.safety = INFINITY;
+    q->copy.margin = q->copy.safety = INFINITY;
     if (q->velocities)
         memset(q->velocities, 0, 6 * (size_t)world->body_slots * sizeof *q->velocities);
     for (int32_t i = 0; i < world->island_count && status == PERP_OK; i++)
@@ -240,9 +240,9 @@ static perp_status ask(question *q)
         if (world->bodies[i].alive && perp__is_dynamic(world, i) && world->roles[i].island < 0)
             let_fall(q, i);
     if (!q->any)
-        q->own.margin = 1.0; /* nothing that could fall */
+        q->copy.margin = 1.0; /* nothing that could fall */
     if (q->load_count == 0 || !q->any)
-        q->own.safety = NAN;
+        q->copy.safety = NAN;
     return status;
 }
 
@@ -275,8 +275,8 @@ perp_status perp_world_statics(perp_world *world, perp_world_contact *contacts, 
     PERP__THEN(status, check_loads(&q));
     PERP__THEN(status, ask(&q));
     if (status == PERP_OK) {
-        q.own.seconds = perp__now() - started;
-        perp__struct_write(result, &q.own, sizeof q.own);
+        q.copy.seconds = perp__now() - started;
+        perp__struct_write(result, &q.copy, sizeof q.copy);
         if (count)
             *count = q.count;
     }

@@ -21,7 +21,8 @@ static void lay_out(perp__arena *arena, void *object)
     world->motions = perp__arena_take(arena, count, sizeof *world->motions);
     world->roles = perp__arena_take(arena, count, sizeof *world->roles);
     world->next = perp__arena_take(arena, count, sizeof *world->next);
-    PERP__INTEGERS(arena, count, &world->lively, &world->parent, &world->moved, &world->body_order);
+    PERP__INTEGERS(arena, count, &world->moving_bodies, &world->parent, &world->moved,
+                   &world->body_order);
     world->islands = perp__arena_take(arena, count, sizeof *world->islands);
     world->placed = perp__arena_take(arena, shapes, sizeof *world->placed);
     PERP__INTEGERS(arena, shapes, &world->awake_shapes);
@@ -93,7 +94,7 @@ static perp_status check_contacts(const perp_world *world)
     int32_t number = world->asleep.contacts;
 
     for (int32_t i = 0; i < world->contacts.count; i++) {
-        if (!world->contacts.ties[i].included)
+        if (!world->contacts.flags[i].included)
             continue;
         if (!perp__is_finite_contact(&world->contacts, i))
             return perp__fail(world->context, PERP_ERROR_NOT_FINITE,
@@ -110,8 +111,8 @@ static int32_t commit(perp_world *world, int32_t included)
     int32_t i, repeat = 0;
 
     world->settled = 0;
-    for (i = 0; i < world->lively_count; i++) {
-        const int32_t body = world->lively[i];
+    for (i = 0; i < world->moving_count; i++) {
+        const int32_t body = world->moving_bodies[i];
 
         perp__role *role = &world->roles[body];
 
@@ -129,7 +130,7 @@ static int32_t commit(perp_world *world, int32_t included)
     }
     world->coasting++; /* they stay where they are */
     if (world->orphan_count > 0)
-        perp__drop_kept(world, &world->first_orphan);
+        perp__drop_sleeping(world, &world->first_orphan);
     world->orphan_count = 0;
     perp__remember(world);
     if (world->joint_count > 0)
@@ -199,7 +200,7 @@ static perp_status try_step(perp_world *world, perp_step_result *result, perp_wo
     stats->rows_friction =
         world->asleep.tangents + (world->settings.planar ? 1 : 2) * world->contacts.rubbing;
     for (int32_t i = 0; i < world->island_count; i++)
-        perp__island_motion(world, &world->islands[i], 0)->verdict.leads = 1;
+        perp__island_motion(world, &world->islands[i], 0)->verdict.is_first = 1;
     stats->rows_normal = stats->contacts;
     stats->joints = world->joint_count;
     stats->rows_joint = world->joint_count > 0 ? perp__count_joint_rows(world) : 0;

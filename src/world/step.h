@@ -48,7 +48,7 @@ void perp__list_awake(perp_world *world);
 /* After a step: what repeated itself falls asleep. */
 void perp__fall_asleep(perp_world *world);
 /* Frees the kept contacts of a list, which is empty then. */
-void perp__drop_kept(perp_world *world, int32_t *first);
+void perp__drop_sleeping(perp_world *world, int32_t *first);
 /* Frees all naps and kept contacts. */
 void perp__forget_naps(perp_world *world);
 /* The largest residual of what is asleep, after some of it woke. */

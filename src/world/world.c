@@ -100,7 +100,7 @@ static void release(void *object)
         world->shapes,        world->joints,      world->joint_states, world->tree.nodes,
         world->pairs,         world->pair_order,  world->met_pairs,    world->memories,
         world->next_memories, world->begun.bytes, world->tried.bytes,  world->whole.bytes,
-        world->records,       world->awake,       world->naps,         world->kept};
+        world->records,       world->awake,       world->naps,         world->sleeping};
     const perp__contact_set *const sets[] = {&world->contacts, &world->overlaps, &world->last};
 
     perp__release_lanes(world);
@@ -116,7 +116,7 @@ static void release(void *object)
     for (size_t k = 0; k < sizeof sets / sizeof *sets; k++) {
         perp__release(context, sets[k]->contacts);
         perp__release(context, sets[k]->responses);
-        perp__release(context, sets[k]->ties);
+        perp__release(context, sets[k]->flags);
     }
     for (size_t k = 0; k < sizeof arenas / sizeof *arenas; k++)
         perp__arena_release(arenas[k]);
@@ -150,7 +150,7 @@ static perp_status create(perp_context *context, perp_world **world,
         return PERP_ERROR_MEMORY;
     made->settings = settings;
     made->free_body = made->free_shape = made->free_joint = made->free_pair = -1;
-    made->free_nap = made->free_kept = made->first_orphan = made->first_plane = -1;
+    made->free_nap = made->free_sleeping = made->first_orphan = made->first_plane = -1;
     perp__tree_init(&made->tree);
     made->dof = made->settings.planar ? 3 : 6;
     perp__coloured_init(&made->coloured, context);
@@ -189,7 +189,7 @@ int32_t perp_world_contact_count(const perp_world *world)
 {
     if (!perp__handle_is(world, &kind))
         return 0;
-    return world->recorded ? world->record_count : world->kept_included + world->last_included;
+    return world->recorded ? world->record_count : world->sleeping_included + world->last_included;
 }
 
 static perp_status get_contact(perp_world *world, perp_world_contact *contact, int32_t index)
@@ -243,7 +243,7 @@ perp_status perp_world_set_gravity(perp_world *world, const double *gravity)
 
 static perp_status step(perp_world *world, perp_step_result *result, double dt)
 {
-    perp_step_result own = {.struct_size = sizeof own};
+    perp_step_result copy = {.struct_size = sizeof copy};
     perp_status status = PERP_OK;
 
     if (result)
@@ -253,9 +253,9 @@ static perp_status step(perp_world *world, perp_step_result *result, double dt)
         return status;
     if (dt <= 0.0)
         return perp__refuse(world->context, "dt is %g, > 0 expected", dt);
-    status = perp__advance_world(world, &own, dt);
+    status = perp__advance_world(world, &copy, dt);
     if (status == PERP_OK && result)
-        perp__struct_write(result, &own, sizeof own);
+        perp__struct_write(result, &copy, sizeof copy);
     return status;
 }
 

@@ -92,7 +92,7 @@ typedef struct perp__pair {
     int32_t memories;
     int32_t had_first; /* those of the step before */
     int32_t had;
-    int32_t first_kept; /* those that it fell asleep with; -1: none */
+    int32_t first_sleeping; /* those that it fell asleep with; -1: none */
 } perp__pair;
 
 /* What a contact point was given in the last step, along the axes that come with its normal. */
@@ -108,13 +108,13 @@ typedef struct perp__memory {
 } perp__memory;
 
 /* A contact point of bodies that are asleep. */
-typedef struct perp__kept {
+typedef struct perp__sleeping_contact {
     int32_t next; /* of the pair; of a free one: the next free one */
     int32_t included;
     uint64_t order; /* its place among the contacts */
     perp__memory memory;
     perp_world_contact record;
-} perp__kept;
+} perp__sleeping_contact;
 
 /* Bodies that fell asleep together. */
 typedef struct perp__nap {
@@ -157,7 +157,7 @@ typedef struct perp__verdict {
     int32_t stages;   /* intervals that were solved; 0: nothing to solve */
     int32_t impacts;  /* instants */
     int32_t swept;    /* within a budget, overlap and all */
-    int32_t leads;    /* of the island's first body */
+    int32_t is_first; /* of the island's first body */
     int32_t jointed;  /* with its joints, */
     int32_t swings;   /* and nothing else */
     int32_t rough;    /* which turn further in an interval than what is linear there knows of */
@@ -168,7 +168,7 @@ typedef struct perp__verdict {
     int32_t in_vain;  /* all that there is came to no answer in this step, of some part of it */
     int32_t stands;   /* at rest beside what carries it, decided (islands/carried.c) */
     int32_t rides;    /* it stands with the motion of a kinematic body */
-    int32_t settles;  /* swept from next to nothing, and yet not found to stand */
+    int32_t may_rest; /* swept from next to nothing, and yet not found to stand */
     double turn;      /* how far: joints/trial.c */
     double residual;
     double drive; /* of sweeps: the velocities that it is a share of; 0: none were made */
@@ -246,7 +246,7 @@ typedef struct perp__response {
 } perp__response;
 
 /* And what rounds read of it. */
-typedef struct perp__tie {
+typedef struct perp__contact_flags {
     int32_t body[2];
     int32_t local[2]; /* their numbers within the island; -1: of none */
     int8_t included;  /* takes part in the problems; the others were found not to matter */
@@ -258,12 +258,12 @@ typedef struct perp__tie {
     int8_t repeats;   /* is that of the last step, to the last bit */
     int8_t pushes;    /* takes part in closing joints */
     uint64_t key;     /* of what its rows are made of; 0: not made yet (standing.c) */
-} perp__tie;
+} perp__contact_flags;
 
 typedef struct perp__contact_set {
     perp__world_contact *contacts;
     perp__response *responses;
-    perp__tie *ties;
+    perp__contact_flags *flags;
     int32_t included; /* of the step's: how many are, */
     int32_t rubbing;  /* of them, with friction, */
     int32_t early;    /* and how many came in the first round */
@@ -320,10 +320,10 @@ typedef struct perp__island_work {
 } perp__island_work;
 
 /* A snapshot of the world's own. */
-typedef struct perp__kept_state {
+typedef struct perp__saved_state {
     char *bytes;
     size_t room;
-} perp__kept_state;
+} perp__saved_state;
 
 /* What the step may still spend. */
 typedef struct perp__budget {
@@ -371,8 +371,8 @@ struct perp_world {
     perp__state *next; /* of what coasts: the state before the step */
     perp__motion *motions;
     perp__role *roles;
-    int32_t *lively; /* awake bodies that do not coast */
-    int32_t lively_count;
+    int32_t *moving_bodies; /* awake bodies that do not coast */
+    int32_t moving_count;
     uint64_t coasting; /* the number of the step, to know those that do */
     int32_t *parent;
     int32_t *moved; /* the round of looking for contacts in which a body's motion was a new one */
@@ -432,14 +432,14 @@ struct perp_world {
     int32_t nap_slots, nap_capacity, free_nap;
     perp__nap asleep; /* all of them together */
     int32_t residual_changed;
-    perp__kept *kept;
-    int32_t kept_slots, kept_capacity, free_kept;
-    int32_t kept_count, kept_included;
+    perp__sleeping_contact *sleeping;
+    int32_t sleeping_slots, kept_capacity, free_sleeping;
+    int32_t sleeping_count, sleeping_included;
     int32_t first_orphan, orphan_count; /* kept of pairs that ended since the last step */
 
-    perp__kept_state begun, tried; /* adaptive.c: before the call, before the step tried; */
-    perp__kept_state whole;        /* states where that leads as a whole */
-    perp_world_contact *records;   /* of the last step, when they were asked for */
+    perp__saved_state begun, tried; /* adaptive.c: before the call, before the step tried; */
+    perp__saved_state whole;        /* states where that leads as a whole */
+    perp_world_contact *records;    /* of the last step, when they were asked for */
     int32_t record_count;
     int32_t record_capacity;
     int32_t recorded; /* they are up to date */

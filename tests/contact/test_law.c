@@ -115,7 +115,7 @@ static void test_what_is_violated(void **state)
         const perp__contact_problem problem = problem_of(&cases[k].contact);
         perp__contact_law law;
 
-        perp__contact_judge(&problem, 0, cases[k].r, cases[k].u, &law);
+        perp__contact_outcome_of(&problem, 0, cases[k].r, cases[k].u, &law);
         require_near(law.signorini, cases[k].signorini, k, "signorini");
         require_near(law.dissipation, cases[k].dissipation, k, "dissipation");
         require_near(law.natural, cases[k].natural, k, "natural");

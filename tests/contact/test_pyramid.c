@@ -271,7 +271,7 @@ static void test_backward_distance(void **state)
         const double r[3] = {1, cases[c].r[0], cases[c].r[1]};
         const double u[3] = {0, cases[c].u[0], cases[c].u[1]};
 
-        perp__contact_judge(&problem, 0, r, u, &law);
+        perp__contact_outcome_of(&problem, 0, r, u, &law);
         if (!(fabs(law.change - cases[c].change) <= 1e-15))
             fail_msg("case %d: %.17g instead of %.17g", (int)c, law.change, cases[c].change);
     }

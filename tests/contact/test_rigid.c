@@ -44,7 +44,7 @@ static void test_laws(void **state)
                 p.tol = tols[t];
                 a = solve(&f, &p);
                 assert_true(a.outcome == PERP_OUTCOME_SOLVED);
-                assert_true(a.tested <= p.tol && a.own <= p.tol);
+                assert_true(a.tested <= p.tol && a.own_residual <= p.tol);
                 check_momentum(&f.s);
                 /* tested is beside the largest free velocity (0.1 m/s, or 3), times
                  * sqrt(t_k / t_j), here below 10; the maps of cone and disc differ by less than
@@ -370,12 +370,12 @@ static void test_enough(void **state)
         p = rigid_problem(&f.s);
         p.tol = 1e-40;
         all = solve(&f, &p).iterations;
-        p.brief = 1;
+        p.quick = 1;
         without = solve(&f, &p).iterations;
-        p.brief = 0;
+        p.quick = 0;
         p.enough = 1e-8;
         perp__rigid_answer a = solve(&f, &p);
-        assert_true(a.tested <= p.enough && a.own <= p.enough);
+        assert_true(a.tested <= p.enough && a.own_residual <= p.enough);
         assert_true(a.iterations <= without && without < all);
         close_fixture(&f);
     }

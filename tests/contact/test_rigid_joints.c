@@ -67,7 +67,7 @@ static void test_chains(void **state)
         contacts = make_chain(&f.s, (uint64_t)seed, links, 0);
         p = chain_problem(&f.s, contacts);
         p.max_iterations = 100;
-        p.brief = 1;
+        p.quick = 1;
         a = solve(&f, &p);
         assert_true(a.outcome == PERP_OUTCOME_SOLVED || a.outcome == PERP_OUTCOME_ROUNDING_LIMIT);
         for (int32_t i = 3 * p.contacts; i < 3 * f.s.contacts; i++)

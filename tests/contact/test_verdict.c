@@ -59,11 +59,11 @@ static perp_contact_solver *solved(const rig *p, int32_t by_W)
 /* Whether the point takes the place of the best. */
 static int32_t offer(perp_contact_solver *solver, double r0, double r1)
 {
-    perp__contact_worth worth;
+    perp__contact_residuals residuals;
 
     solver->r[0] = r0;
     solver->r[1] = r1;
-    assert_int_equal(perp__contact_consider(solver, PERP_CONTACT_METHOD_POLISH, NULL, &worth),
+    assert_int_equal(perp__contact_consider(solver, PERP_CONTACT_METHOD_POLISH, NULL, &residuals),
                      PERP_OK);
     return solver->best.r[0] == r0 && solver->best.r[1] == r1;
 }
@@ -85,10 +85,10 @@ static void test_the_better_point(void **state)
     assert_false(offer(solver, 1.8e8, 0.0)); /* less near */
     assert_true(offer(solver, 1e8, 0.0));
     assert_int_equal(solver->best.outcome, PERP_OUTCOME_STALLED);
-    assert_true(solver->best.worth.tested <= 2e-9);
+    assert_true(solver->best.residuals.tested <= 2e-9);
     assert_true(offer(solver, 1e8 + 0.5, 1e-10));
     assert_int_equal(solver->best.outcome, PERP_OUTCOME_SOLVED);
-    assert_true(solver->best.worth.tested > 4e-9);
+    assert_true(solver->best.residuals.tested > 4e-9);
     assert_false(offer(solver, 1e8, 0.0));
     assert_true(offer(solver, 1e8, 1e-10));
     perp_contact_solver_destroy(solver);
@@ -182,9 +182,9 @@ static void test_the_worst_part(void **state)
         for (part = 0; part < 3; part++) {
             for (i = 0; i < 3; i++)
                 evidence[i] = kinds[i == part ? k : 0];
-            point.worth.sound = 1;
+            point.residuals.sound = 1;
             assert_int_equal(perp__contact_verdict(solver, &point, PERP_OUTCOME_STALLED), alone[k]);
-            point.worth.sound = 0;
+            point.residuals.sound = 0;
             assert_int_equal(perp__contact_verdict(solver, &point, PERP_OUTCOME_STALLED),
                              PERP_OUTCOME_STALLED);
         }
@@ -213,21 +213,23 @@ static void test_numbers(void **state)
     (void)state;
     assert_int_equal(solver->parts, 2);
     for (k = 0; k < sizeof cases / sizeof *cases; k++) {
-        perp__contact_worth worth;
+        perp__contact_residuals residuals;
 
         memcpy(solver->r, cases[k].r, sizeof cases[k].r);
-        assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
+        assert_int_equal(perp__contact_evaluate(solver, NULL, &residuals), PERP_OK);
         for (i = 0; i < 2; i++) {
             const perp__evidence *part = &solver->evidence[i];
 
             assert_true(fabs(part->tested - cases[k].tested[i]) <= 4 * DBL_EPSILON);
             assert_true(fabs(part->backward - cases[k].backward[i]) <= 4 * DBL_EPSILON);
             /* far from an answer the neighbours are not looked at */
-            assert_true(fabs(part->own - cases[k].backward[i]) <= 4 * DBL_EPSILON);
+            assert_true(fabs(part->own_residual - cases[k].backward[i]) <= 4 * DBL_EPSILON);
         }
-        assert_true(worth.tested == fmax(solver->evidence[0].tested, solver->evidence[1].tested));
-        assert_true(worth.own == fmax(solver->evidence[0].own, solver->evidence[1].own));
-        assert_true(worth.bilateral == fabs(solver->u[1]));
+        assert_true(residuals.tested ==
+                    fmax(solver->evidence[0].tested, solver->evidence[1].tested));
+        assert_true(residuals.own_residual ==
+                    fmax(solver->evidence[0].own_residual, solver->evidence[1].own_residual));
+        assert_true(residuals.bilateral == fabs(solver->u[1]));
     }
     perp_contact_solver_destroy(solver);
 }
@@ -239,17 +241,17 @@ static void test_units_of_the_floor(void **state)
 {
     static const rig mixed = {2, 1, 0, {1, 10, 10, 1e12}, {0}, {-1.01e-5, -1e6}, {0}};
     perp_contact_solver *solver = solved(&mixed, 1);
-    perp__contact_worth worth;
+    perp__contact_residuals residuals;
 
     (void)state;
     assert_int_equal(solver->parts, 1);
     solver->settings.tol = 1e-12;
     solver->r[0] = 2e-7;
     solver->r[1] = 1e-6;
-    assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
-    assert_true(worth.tested <= 1e-6);
+    assert_int_equal(perp__contact_evaluate(solver, NULL, &residuals), PERP_OK);
+    assert_true(residuals.tested <= 1e-6);
     /* its own terms and what the coupling changes add a hundredth */
-    assert_true(fabs(worth.own / (1e-7 / (32e12 * DBL_EPSILON)) - 1.0) <= 0.02);
+    assert_true(fabs(residuals.own_residual / (1e-7 / (32e12 * DBL_EPSILON)) - 1.0) <= 0.02);
     perp_contact_solver_destroy(solver);
 }
 
@@ -281,18 +283,18 @@ static void test_noise_connects_nothing(void **state)
 {
     static const rig two = {2, 1, 0, {1, 2e-12, 2e-12, 1}, {0}, {-1, -1e-12}, {0}};
     perp_contact_solver *solver = solved(&two, 1);
-    perp__contact_worth worth;
+    perp__contact_residuals residuals;
 
     (void)state;
     solver->r[0] = 1.0;
     solver->r[1] = 0.0; /* u_1 = 1e-12 */
-    assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
-    assert_true(worth.own <= 1e-9);
+    assert_int_equal(perp__contact_evaluate(solver, NULL, &residuals), PERP_OK);
+    assert_true(residuals.own_residual <= 1e-9);
     solver->r[0] = 0.0;
     solver->r[1] = 0.0;
     solver->q[0] = 1.0;
-    assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
-    assert_true(worth.own == 1.0); /* u_1 = -1e-12, all its terms */
+    assert_int_equal(perp__contact_evaluate(solver, NULL, &residuals), PERP_OK);
+    assert_true(residuals.own_residual == 1.0); /* u_1 = -1e-12, all its terms */
     perp_contact_solver_destroy(solver);
 }
 
@@ -309,7 +311,7 @@ static void test_other_coordinates_excuse_nothing(void **state)
     perp_contact_dynamics dynamics = fresh_contact_dynamics();
     perp_contact_result result = fresh_contact_result();
     perp_contact_laws laws = fresh_contact_laws();
-    perp__contact_worth worth;
+    perp__contact_residuals residuals;
     perp_contact_solver *solver;
     double r[2];
 
@@ -327,8 +329,8 @@ static void test_other_coordinates_excuse_nothing(void **state)
     assert_int_equal(solver->bodies.width, 3);
     memcpy(solver->r, half, sizeof half);
     solver->call = &call;
-    assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
-    assert_true(worth.tested <= 1e-10 && fabs(worth.own - 1.0 / 6.0) <= 1e-4);
+    assert_int_equal(perp__contact_evaluate(solver, NULL, &residuals), PERP_OK);
+    assert_true(residuals.tested <= 1e-10 && fabs(residuals.own_residual - 1.0 / 6.0) <= 1e-4);
     solver->call = NULL;
     perp_contact_solver_destroy(solver);
 }
@@ -385,13 +387,14 @@ static void test_modes_must_hold(void **state)
     (void)state;
     for (k = 0; k < 3; k++) {
         perp_contact_solver *solver = solved(&leaves, 1);
-        perp__contact_worth worth;
+        perp__contact_residuals residuals;
 
         solver->r[0] = 1e-12;
-        assert_int_equal(perp__contact_evaluate(solver, &modes[k], &worth), PERP_OK);
-        assert_true(worth.tested <= 1e-11);
+        assert_int_equal(perp__contact_evaluate(solver, &modes[k], &residuals), PERP_OK);
+        assert_true(residuals.tested <= 1e-11);
         /* beside its terms, 1/2, and once more that for its neighbours, itself */
-        assert_true(k == 0 ? worth.own == 0.0 : fabs(worth.own - 0.5) <= 1e-4);
+        assert_true(k == 0 ? residuals.own_residual == 0.0
+                           : fabs(residuals.own_residual - 0.5) <= 1e-4);
         perp_contact_solver_destroy(solver);
     }
 }
@@ -410,18 +413,18 @@ static void test_what_is_sound(void **state)
             for (k = 0; k < 3; k++) {
                 perp_contact_solver *solver = solved(&ball, by_W);
                 double *const outputs[] = {NULL, solver->r, solver->u, solver->v};
-                perp__contact_worth worth;
+                perp__contact_residuals residuals;
 
                 solver->call = &call;
                 solver->r[0] = 1.0;
-                assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
-                assert_true(worth.sound);
+                assert_int_equal(perp__contact_evaluate(solver, NULL, &residuals), PERP_OK);
+                assert_true(residuals.sound);
                 if (which == 0)
-                    worth.cone = bad[k];
+                    residuals.cone = bad[k];
                 else
                     outputs[which][0] = bad[k];
-                perp__contact_weigh(solver, &worth);
-                assert_false(worth.sound);
+                perp__contact_weigh(solver, &residuals);
+                assert_false(residuals.sound);
                 assert_false(solver->evidence[0].sound);
                 solver->call = NULL;
                 perp_contact_solver_destroy(solver);
@@ -435,13 +438,13 @@ static void test_neighbours_that_overflow(void **state)
 {
     static const rig two = {2, 1, 0, {1, -1e-150, -1e-150, 1e-300}, {0}, {-1e160, 1e10}, {0}};
     perp_contact_solver *solver = solved(&two, 1);
-    perp__contact_worth worth;
+    perp__contact_residuals residuals;
 
     (void)state;
     solver->r[0] = (1.0 + 1e-6) * 1e160;
     solver->r[1] = 0.0;
-    assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
-    assert_true(fabs(worth.own / 0.5e-6 - 1.0) <= 1e-5);
+    assert_int_equal(perp__contact_evaluate(solver, NULL, &residuals), PERP_OK);
+    assert_true(fabs(residuals.own_residual / 0.5e-6 - 1.0) <= 1e-5);
     perp_contact_solver_destroy(solver);
 }
 
@@ -452,23 +455,23 @@ static void test_overflow_excuses_nothing(void **state)
     static const rig two = {1, 1, 1, {1, 1e150, 1e150, 1e308}, {0}, {1e200, 1e307}, {0}};
     static const rig large = {1, 1, 1, {1e308, 1e308, 1e308, 1e308}, {0}, {1e300, 1e300}, {0}};
     perp_contact_solver *solver = solved(&two, 1);
-    perp__contact_worth worth;
+    perp__contact_residuals residuals;
 
     (void)state;
     assert_int_equal(solver->parts, 1);
     solver->r[0] = solver->r[1] = 0.0;
-    assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
+    assert_int_equal(perp__contact_evaluate(solver, NULL, &residuals), PERP_OK);
     /* u_1 = q_1 over that, what it does to itself and the floor: what leaves has no impulse */
-    assert_true(worth.tested <= 1e-40 && fabs(worth.own - 0.5) <= 1e-5);
+    assert_true(residuals.tested <= 1e-40 && fabs(residuals.own_residual - 0.5) <= 1e-5);
     solver->r[1] = -0.1;
-    assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
-    assert_true(worth.own <= DBL_EPSILON);
+    assert_int_equal(perp__contact_evaluate(solver, NULL, &residuals), PERP_OK);
+    assert_true(residuals.own_residual <= DBL_EPSILON);
     perp_contact_solver_destroy(solver);
     solver = solved(&large, 1);
     solver->r[0] = 1.5;
     solver->r[1] = -1.5; /* u = q, and 3e308 is what it is made of: the joint moves */
-    assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
-    assert_true(solver->u[1] != 0.0 && worth.own == INFINITY);
+    assert_int_equal(perp__contact_evaluate(solver, NULL, &residuals), PERP_OK);
+    assert_true(solver->u[1] != 0.0 && residuals.own_residual == INFINITY);
     perp_contact_solver_destroy(solver);
 }
 
@@ -480,13 +483,13 @@ static void test_couplings_of_no_mechanics(void **state)
     static const rig wild = {
         1, 1, 2, {1, 0, 1, 1, 1, 1, -1, 1e300, 1e200}, {0}, {1e200, -1, 1e200}, {0}};
     perp_contact_solver *solver = solved(&wild, 1);
-    perp__contact_worth worth;
+    perp__contact_residuals residuals;
 
     (void)state;
     memset(solver->r, 0, 3 * sizeof *solver->r);
-    assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
+    assert_int_equal(perp__contact_evaluate(solver, NULL, &residuals), PERP_OK);
     /* 1e200 over itself alone; 1e-5 is more than all the rest */
-    assert_true(fabs(worth.own - 1.0) <= 1e-5);
+    assert_true(fabs(residuals.own_residual - 1.0) <= 1e-5);
     perp_contact_solver_destroy(solver);
 }
 
@@ -496,14 +499,14 @@ static void test_no_mechanics_no_excuse(void **state)
 {
     static const rig wild = {2, 1, 0, {7e-5, -9e8, -9e8, 0.04}, {0}, {2e5, -0.007}, {0}};
     perp_contact_solver *solver = solved(&wild, 1);
-    perp__contact_worth worth;
+    perp__contact_residuals residuals;
 
     (void)state;
     assert_false(perp__is_good(solver->best.outcome));
     solver->r[0] = 0.0;
     solver->r[1] = 2e5 / 9e8;
-    assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
-    assert_true(worth.own > 0.99); /* .04 * 2.2e-4 is .0013 of .007 */
+    assert_int_equal(perp__contact_evaluate(solver, NULL, &residuals), PERP_OK);
+    assert_true(residuals.own_residual > 0.99); /* .04 * 2.2e-4 is .0013 of .007 */
     perp_contact_solver_destroy(solver);
 }
 
@@ -534,11 +537,11 @@ static void test_no_mechanics_within(void **state)
     (void)state;
     for (k = 0; k < sizeof cases / sizeof *cases; k++) {
         perp_contact_solver *solver = solved(&cases[k].p, 1);
-        perp__contact_worth worth;
+        perp__contact_residuals residuals;
 
         memcpy(solver->r, cases[k].r, (size_t)solver->size * sizeof *solver->r);
-        assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
-        assert_true(fabs(worth.own * cases[k].terms / 1e-6 - 1.0) <= 1e-4);
+        assert_int_equal(perp__contact_evaluate(solver, NULL, &residuals), PERP_OK);
+        assert_true(fabs(residuals.own_residual * cases[k].terms / 1e-6 - 1.0) <= 1e-4);
         perp_contact_solver_destroy(solver);
     }
 }
@@ -551,13 +554,13 @@ static void test_speeds_that_friction_cannot_answer(void **state)
         2,  2, 0, {1, 0.5, 1, 0, 0.5, 1, 0.5, 0, 1, 0.5, 1, 0, 0, 0, 0, 1}, {0}, {-1, 1e10, -1, 0},
         {0}};
     perp_contact_solver *solver = solved(&passing, 1);
-    perp__contact_worth worth;
+    perp__contact_residuals residuals;
 
     (void)state;
     solver->r[0] = 0.5, solver->r[2] = 0.499, solver->r[1] = solver->r[3] = 0.0;
-    assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
-    assert_true(worth.tested <= 1e-12);
-    assert_true(worth.own >= 1e-4); /* 1e-3 over 2 of its own, and as much from each */
+    assert_int_equal(perp__contact_evaluate(solver, NULL, &residuals), PERP_OK);
+    assert_true(residuals.tested <= 1e-12);
+    assert_true(residuals.own_residual >= 1e-4); /* 1e-3 over 2 of its own, and as much from each */
     perp_contact_solver_destroy(solver);
 }
 

@@ -22,7 +22,7 @@ typedef struct scene {
     perp_context *context;
     perp_world *world;
     fuzz_mood mood;
-    int planar, gentle, brief; /* brief: steps of any length would be as many as they are long */
+    int planar, gentle, quick; /* brief: steps of any length would be as many as they are long */
     int32_t count, links;
     perp_body bodies[BODIES + 1]; /* the ground is the last */
     link link[JOINTS];
@@ -383,8 +383,8 @@ static void make(fuzz_bytes *bytes, scene *s)
     if (perp_world_settings_init(&settings, sizeof settings, s->planar) != PERP_OK)
         fuzz_fail("perp_world_settings_init takes its own size");
     settings.accuracy = flags >> 6;
-    s->brief = s->gentle;
-    if (flags & 4 && s->brief)
+    s->quick = s->gentle;
+    if (flags & 4 && s->quick)
         settings.error = 1e-3;
     if (flags & 8)
         settings.cone = 4;
@@ -413,7 +413,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
             add_joint(&bytes, &s);
         else if (what < 13)
             step(&bytes, &s,
-                 s.brief ? 0.005 * (1 + fuzz_pick(&bytes, 4)) : fuzz_size(&bytes, s.mood));
+                 s.quick ? 0.005 * (1 + fuzz_pick(&bytes, 4)) : fuzz_size(&bytes, s.mood));
         else if (what == 13)
             change(&bytes, &s);
         else if (what == 14)

@@ -147,7 +147,7 @@ static void test_what_the_kernel_accepts(void **state)
                     z[i] = group.z[i * kernel->width + lane];
                     w[i] = group.high[i * kernel->width + lane];
                 }
-                if (takes[lane] && group.tested[lane] <= 1e-10 && group.own[lane] <= 1e-10)
+                if (takes[lane] && group.tested[lane] <= 1e-10 && group.own_residual[lane] <= 1e-10)
                     accepted += check_lane(&p, (size_t)(at + lane), z, w);
             }
         }

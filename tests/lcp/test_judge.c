@@ -13,11 +13,11 @@
 
 static perp_outcome judged(perp_lcp_solver *solver, const double *z)
 {
-    perp__evaluation worth;
+    perp__evaluation residuals;
 
     memcpy(solver->z, z, (size_t)solver->n * sizeof *z);
-    worth = perp__evaluate(solver);
-    return perp__lcp_judge(solver, &worth, PERP_OUTCOME_STALLED);
+    residuals = perp__evaluate(solver);
+    return perp__lcp_outcome_of(solver, &residuals, PERP_OUTCOME_STALLED);
 }
 
 static perp_outcome verdict(int32_t n, const double *entries, const double *lower,
@@ -61,8 +61,8 @@ static void test_which_candidate_stays(void **state)
     perp_lcp_solver *solver = posed(1, &M, NULL, NULL, &q);
 
     (void)state;
-    memset(&solver->best.worth, 0, sizeof solver->best.worth);
-    solver->best.worth.tested = 1.0;
+    memset(&solver->best.residuals, 0, sizeof solver->best.residuals);
+    solver->best.residuals.tested = 1.0;
     solver->best.outcome = PERP_OUTCOME_RAY;
     solver->best.method = PERP_LCP_LEMKE;
     solver->z[0] = 0.75;
@@ -100,7 +100,7 @@ static void test_a_point_out_of_range(void **state)
     solver->z[0] = INFINITY;
     assert_int_equal(perp__consider(solver, &step, PERP_OUTCOME_ITERATION_LIMIT, &iterate, &z0),
                      PERP_OK);
-    assert_true(solver->best.z[0] == 0.5 && solver->best.worth.tested == 0.5);
+    assert_true(solver->best.z[0] == 0.5 && solver->best.residuals.tested == 0.5);
     assert_int_equal(solver->best.outcome, PERP_OUTCOME_STALLED);
     perp_lcp_solver_destroy(solver);
 }
@@ -358,7 +358,7 @@ static void test_next_to_infinity(void **state)
     for (scaling = 0; scaling < 2; scaling++) {
         perp_lcp_solver *solver = posed(2, M, lower, upper, q);
         perp_lcp_settings settings = solver->settings;
-        perp__evaluation worth;
+        perp__evaluation residuals;
         perp_matrix view;
 
         settings.scaling = scaling;
@@ -367,8 +367,9 @@ static void test_next_to_infinity(void **state)
         assert_int_equal(perp_lcp_solver_setup(solver, &view, lower, upper), PERP_OK);
         perp__scale_problem(solver, q);
         memcpy(solver->z, lower, sizeof lower);
-        worth = perp__evaluate(solver);
-        assert_true(perp__lcp_evidence(solver, &worth, DBL_MAX).own >= 0.5); /* of its terms */
+        residuals = perp__evaluate(solver);
+        assert_true(perp__lcp_evidence(solver, &residuals, DBL_MAX).own_residual >=
+                    0.5); /* of its terms */
         perp_lcp_solver_destroy(solver);
     }
 }

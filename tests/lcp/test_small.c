@@ -26,11 +26,11 @@ static perp_lcp_solver *set_up(const gen_lcp *problem, const perp_lcp_settings *
 static int32_t is_taken(const gen_lcp *problem, const perp_lcp_settings *settings, const double *z)
 {
     perp_lcp_solver *solver = set_up(problem, settings);
-    perp__evaluation worth;
+    perp__evaluation residuals;
     int32_t taken;
 
     perp__scale_problem(solver, problem->q);
-    taken = perp__small_solve(solver, NULL, &worth);
+    taken = perp__small_solve(solver, NULL, &residuals);
     if (taken)
         assert_memory_equal(solver->z, z, (size_t)problem->n * sizeof *z);
     perp_lcp_solver_destroy(solver);

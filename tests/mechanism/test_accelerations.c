@@ -391,7 +391,7 @@ static void test_bilateral(void **state)
  * three velocities, v2 tied to v1; normal on v1, friction along v0, coupled by M. */
 static void test_held(void **state)
 {
-    static const double n[] = {0, 1, 0}, t[] = {1, 0, 0}, tie[] = {0, 1, -1};
+    static const double n[] = {0, 1, 0}, t[] = {1, 0, 0}, flag[] = {0, 1, -1};
     table s;
 
     (void)state;
@@ -399,7 +399,7 @@ static void test_held(void **state)
     s.model.bilateral = 1;
     table_row(s.H, 3, 0, n);
     table_row(s.H, 3, 1, t);
-    table_row(s.G, 3, 0, tie);
+    table_row(s.G, 3, 0, flag);
     s.M[2] = s.M[6] = 0.5; /* v0 with v2 */
     s.mu[0] = 5.0;
     s.k[1] = -1.0;

@@ -100,7 +100,7 @@ static void test_hold(void **state)
 
 static int32_t judged(fall *f)
 {
-    perp__judge_motion(f->m, &f->m->answer, &f->problem);
+    perp__check_motion(f->m, &f->m->answer, &f->problem);
     return f->m->answer.outcome;
 }
 

@@ -64,12 +64,12 @@ static void pose(rig *r, const double *z0)
 
 static perp__evidence judged(rig *r, double z0, double z1)
 {
-    perp__ncp_worth worth;
+    perp__ncp_residuals residuals;
 
     r->solver->candidate[0] = z0;
     r->solver->candidate[1] = z1;
-    assert_int_equal(perp__ncp_judge(r->solver, &worth), PERP_OK);
-    return worth.evidence;
+    assert_int_equal(perp__ncp_outcome_of(r->solver, &residuals), PERP_OK);
+    return residuals.evidence;
 }
 
 static void release(rig *r)
@@ -93,11 +93,11 @@ static void test_each_row_beside_its_own(void **state)
     evidence = judged(&r, 1.0, 0.0);
     assert_true(evidence.sound);
     assert_true(evidence.tested >= 0.25e-7 && evidence.tested <= 4e-7); /* units to a factor of 2 */
-    assert_true(evidence.own >= 1e-7 / 8e-3 && evidence.own <= 1e-7 / 2e-3);
+    assert_true(evidence.own_residual >= 1e-7 / 8e-3 && evidence.own_residual <= 1e-7 / 2e-3);
     /* beside the row's 1 of |M|, times the largest |z|, 1 */
     assert_true(evidence.backward >= 0.25e-7 && evidence.backward <= 4e-7);
     evidence = judged(&r, 1.0, 1e-7);
-    assert_true(evidence.own <= 1e-12 && evidence.backward <= 4 * DBL_EPSILON);
+    assert_true(evidence.own_residual <= 1e-12 && evidence.backward <= 4 * DBL_EPSILON);
     release(&r);
 }
 
@@ -111,9 +111,9 @@ static void test_roundings_travel(void **state)
 
     (void)state;
     pose(&r, start);
-    assert_true(judged(&r, 0x1p-20, 1.0).own <= 4 * 0x1p-48 / 0x1p-9);
+    assert_true(judged(&r, 0x1p-20, 1.0).own_residual <= 4 * 0x1p-48 / 0x1p-9);
     r.q[1] = -0x1p-30 - 0x1p-43;
-    assert_true(judged(&r, 0x1p-20, 1.0).own == INFINITY);
+    assert_true(judged(&r, 0x1p-20, 1.0).own_residual == INFINITY);
     release(&r);
 }
 
@@ -126,8 +126,8 @@ static void test_next_to_a_bound(void **state)
     (void)state;
     pose(&r, start);
     r.solver->settings.tol = 1e-10;
-    assert_true(judged(&r, 1e-11, 1.0).own == 0.0);
-    assert_true(judged(&r, 1e-6, 1.0).own >= 0.25e-6);
+    assert_true(judged(&r, 1e-11, 1.0).own_residual == 0.0);
+    assert_true(judged(&r, 1e-6, 1.0).own_residual >= 0.25e-6);
     release(&r);
 }
 
@@ -166,9 +166,9 @@ static void test_no_jacobian(void **state)
         evidence = judged(&r, r.point[0], r.point[1]);
         assert_true(evidence.backward == INFINITY);
         if (k == 0)
-            assert_true(evidence.tested == 0.0 && evidence.own == 0.0);
+            assert_true(evidence.tested == 0.0 && evidence.own_residual == 0.0);
         else
-            assert_true(evidence.own == INFINITY);
+            assert_true(evidence.own_residual == INFINITY);
         release(&r);
     }
 }

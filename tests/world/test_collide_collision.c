@@ -108,7 +108,7 @@ static double depth(const encounter *e, int planar, double t)
  * unseen by twice that. Without turning nothing is lost but rounding. */
 static void check(uint64_t *state, int planar, int spheres, double turn, int *met)
 {
-    const perp__nearness near = {1e-9, 1e-12, 1e-13};
+    const perp__touch_tolerance near = {1e-9, 1e-12, 1e-13};
     const double unseen = turn > 0.0 ? 2.0 * 1.8 / 512.0 : 1e-12;
     perp__collision collision;
     encounter e;
@@ -164,7 +164,7 @@ static double height(const encounter *e, double x, double t)
 static void one_corner_stays(void **context)
 {
     (void)context;
-    const perp__nearness near = {1e-9, 1e-12, 1e-13};
+    const perp__touch_tolerance near = {1e-9, 1e-12, 1e-13};
     const double gap = 1e-7, tilt = 1e-3, turn = -1.2e-3;
     for (int planar = 0; planar < 2; planar++) {
         perp__collision collision;
@@ -201,7 +201,7 @@ static void one_corner_stays(void **context)
 static void points_of_meetings(void **context)
 {
     (void)context;
-    const perp__nearness near = {1e-9, 1e-12, 1e-13};
+    const perp__touch_tolerance near = {1e-9, 1e-12, 1e-13};
     uint64_t state = 42;
     int met = 0;
     for (int round = 0; round < 1500; round++) {

@@ -455,7 +455,7 @@ static void try_meeting(body *a, body *b, int planar, uint64_t *state, int *met)
 {
     const double radius = a->geometry.radius + b->geometry.radius;
     const double back[3] = {4.0, 0.0, 0.0};
-    const perp__nearness near = {1e-9, 1e-12, 1e-13};
+    const perp__touch_tolerance near = {1e-9, 1e-12, 1e-13};
     perp__collision collision;
     double way[3] = {-8.0, scene_uniform(state, -2.0, 2.0), scene_uniform(state, -2.0, 2.0)};
     if (planar)

@@ -374,7 +374,7 @@ static void test_deep_points_join_where_they_press(void **context)
         SCENE_OK(&s, perp_world_body_slot(world, &slot, ball));
         SCENE_OK(&s, perp__find_step_contacts(world, h, &summary));
         assert_int_equal(world->contacts.included, 1);
-        world->contacts.ties[0].included = 0;
+        world->contacts.flags[0].included = 0;
         world->contacts.included = world->contacts.rubbing = 0;
         world->motions[slot].after[2] = world->motions[slot].moving[2] = -v;
         world->motions[slot].verdict.drive =

@@ -134,37 +134,37 @@ void perp__contact_keep_ray(perp_contact_solver *solver, const double *direction
 static void lay_out(perp__arena *arena, void *object)
 {
     perp_contact_solver *solver = object;
-    perp__contact_ray *own = &solver->feasibility;
-    const size_t n = (size_t)own->n;
+    perp__contact_ray *space = &solver->feasibility;
+    const size_t n = (size_t)space->n;
 
-    own->M = perp__arena_take(arena, n, n * sizeof(double));
-    own->K = perp__arena_take(arena, n, n * sizeof(double));
-    PERP__DOUBLES(arena, n, &own->q, &own->impulse, &own->velocity, &own->lower, &own->z,
-                  &own->direction, &own->step);
-    PERP__INTEGERS(arena, n, &own->rows, &own->active, &own->pivots);
+    space->M = perp__arena_take(arena, n, n * sizeof(double));
+    space->K = perp__arena_take(arena, n, n * sizeof(double));
+    PERP__DOUBLES(arena, n, &space->q, &space->impulse, &space->velocity, &space->lower, &space->z,
+                  &space->direction, &space->step);
+    PERP__INTEGERS(arena, n, &space->rows, &space->active, &space->pivots);
 }
 
 /* The LCP of M, q and lower, within what is left of the time limit. One whose numbers overflow in
  * the units of fill() is none: it stalls, and nothing is found by it. */
 static perp_status solve(perp_contact_solver *solver, perp_lcp_result *result)
 {
-    perp__contact_ray *own = &solver->feasibility;
-    const perp_matrix M = perp__view(PERP_STORAGE_COLUMN_MAJOR, own->n, own->n, own->M);
+    perp__contact_ray *space = &solver->feasibility;
+    const perp_matrix M = perp__view(PERP_STORAGE_COLUMN_MAJOR, space->n, space->n, space->M);
     perp_lcp_settings settings;
     perp_status status = perp_lcp_settings_init(&settings, sizeof settings);
 
     if (solver->deadline > 0.0)
         settings.time_limit = perp__time_left(solver->deadline);
     settings.max_iterations = solver->settings.max_iterations;
-    PERP__THEN(status, perp__lcp_set(own->lcp, &settings));
+    PERP__THEN(status, perp__lcp_set(space->lcp, &settings));
     PERP__THEN(status, perp_lcp_result_init(result, sizeof *result));
     result->outcome = PERP_OUTCOME_STALLED;
-    if (!perp__all_finite(own->M, (size_t)own->n * (size_t)own->n) ||
-        !perp__all_finite(own->q, (size_t)own->n))
+    if (!perp__all_finite(space->M, (size_t)space->n * (size_t)space->n) ||
+        !perp__all_finite(space->q, (size_t)space->n))
         return status;
-    PERP__THEN(status, perp__lcp_setup(own->lcp, &M, own->lower, NULL));
-    PERP__THEN(status,
-               perp__lcp_solve(own->lcp, own->z, NULL, own->direction, result, own->q, NULL));
+    PERP__THEN(status, perp__lcp_setup(space->lcp, &M, space->lower, NULL));
+    PERP__THEN(status, perp__lcp_solve(space->lcp, space->z, NULL, space->direction, result,
+                                       space->q, NULL));
     solver->iterations += result->iterations;
     return status;
 }
@@ -172,11 +172,11 @@ static perp_status solve(perp_contact_solver *solver, perp_lcp_result *result)
 /* y := x on the rows of N, 0 elsewhere. */
 static void lift(const perp_contact_solver *solver, const double *x, double *y)
 {
-    const perp__contact_ray *own = &solver->feasibility;
+    const perp__contact_ray *space = &solver->feasibility;
 
     memset(y, 0, (size_t)solver->size * sizeof *y);
-    for (int32_t i = 0; i < own->n; i++)
-        y[own->rows[i]] = x[i] * own->impulse[i];
+    for (int32_t i = 0; i < space->n; i++)
+        y[space->rows[i]] = x[i] * space->impulse[i];
 }
 
 /* u := W y, from H and M where those are known; of rigid bodies nobody asks. */
@@ -203,54 +203,56 @@ static perp_status multiply(perp_contact_solver *solver, const double *y, double
 static perp_status search_softened(perp_contact_solver *solver)
 {
     enum { STEPS = 5 };
-    perp__contact_ray *own = &solver->feasibility;
-    const size_t n = (size_t)own->n;
+    perp__contact_ray *space = &solver->feasibility;
+    const size_t n = (size_t)space->n;
     perp_lcp_result result;
     double largest;
     perp_status status;
 
     /* 1. z. */
     for (size_t i = 0; i < n; i++)
-        own->M[i + i * n] *= 1.0 + SOFT;
+        space->M[i + i * n] *= 1.0 + SOFT;
     status = solve(solver, &result);
     for (size_t i = 0; i < n; i++)
-        own->M[i + i * n] /= 1.0 + SOFT;
-    largest = perp__largest(own->z, own->n);
+        space->M[i + i * n] /= 1.0 + SOFT;
+    largest = perp__largest(space->z, space->n);
     if (status != PERP_OK || result.outcome > PERP_OUTCOME_ROUNDING_LIMIT || !(largest > 0.0) ||
         !isfinite(largest))
         return status;
 
     /* 2. Its rows, and factors of their block. */
-    own->count = 0;
-    for (int32_t i = 0; i < own->n; i++) {
-        own->direction[i] = own->z[i] / largest;
-        if (own->lower[i] == 0.0 && own->direction[i] < TAKES_PART)
-            own->direction[i] = 0.0;
+    space->count = 0;
+    for (int32_t i = 0; i < space->n; i++) {
+        space->direction[i] = space->z[i] / largest;
+        if (space->lower[i] == 0.0 && space->direction[i] < TAKES_PART)
+            space->direction[i] = 0.0;
         else
-            own->active[own->count++] = i;
+            space->active[space->count++] = i;
     }
-    for (int32_t j = 0; j < own->count; j++)
-        for (int32_t i = 0; i < own->count; i++)
-            own->K[(size_t)i + (size_t)j * (size_t)own->count] =
-                own->M[(size_t)own->active[i] + (size_t)own->active[j] * n] *
+    for (int32_t j = 0; j < space->count; j++)
+        for (int32_t i = 0; i < space->count; i++)
+            space->K[(size_t)i + (size_t)j * (size_t)space->count] =
+                space->M[(size_t)space->active[i] + (size_t)space->active[j] * n] *
                 (i == j ? 1.0 + PERP__REGULAR : 1.0);
-    if (own->count == 0 || perp__lu_factor(own->count, own->K, own->count, own->pivots) != 0)
+    if (space->count == 0 ||
+        perp__lu_factor(space->count, space->K, space->count, space->pivots) != 0)
         return status;
 
     /* 3. Newton's method for W y = 0 in these, next to where it starts; a direction that it changes
      * beyond recognition was none. */
     for (int32_t step = 0; step < STEPS && status == PERP_OK; step++) {
-        lift(solver, own->direction, solver->start);
+        lift(solver, space->direction, solver->start);
         status = multiply(solver, solver->start, solver->u);
-        for (int32_t i = 0; i < own->count; i++)
-            own->step[i] = solver->u[own->rows[own->active[i]]] / own->velocity[own->active[i]];
-        perp__lu_solve(own->count, own->K, own->count, own->pivots, own->step, 0);
-        for (int32_t i = 0; i < own->count; i++)
-            own->direction[own->active[i]] -= own->step[i];
+        for (int32_t i = 0; i < space->count; i++)
+            space->step[i] =
+                solver->u[space->rows[space->active[i]]] / space->velocity[space->active[i]];
+        perp__lu_solve(space->count, space->K, space->count, space->pivots, space->step, 0);
+        for (int32_t i = 0; i < space->count; i++)
+            space->direction[space->active[i]] -= space->step[i];
     }
-    if (status == PERP_OK && perp__all_finite(own->direction, n) &&
-        perp__largest(own->direction, own->n) > 0.1) {
-        lift(solver, own->direction, solver->start);
+    if (status == PERP_OK && perp__all_finite(space->direction, n) &&
+        perp__largest(space->direction, space->n) > 0.1) {
+        lift(solver, space->direction, solver->start);
         perp__contact_keep_ray(solver, solver->start);
     }
     return status;
@@ -258,52 +260,52 @@ static perp_status search_softened(perp_contact_solver *solver)
 
 perp_status perp__contact_find_ray(perp_contact_solver *solver)
 {
-    perp__contact_ray *own = &solver->feasibility;
+    perp__contact_ray *space = &solver->feasibility;
     perp_lcp_result result;
     int32_t made, n = 0;
     perp_status status;
 
-    own->n = solver->size - solver->rows;
+    space->n = solver->size - solver->rows;
     for (int32_t k = 0; k < solver->contacts; k++)
-        own->n += perp__contact_normals(&solver->problem, k);
-    if (own->n > MOST)
+        space->n += perp__contact_normals(&solver->problem, k);
+    if (space->n > MOST)
         return PERP_OK;
     status = perp__contact_delassus(solver, &made);
     if (status != PERP_OK || !made)
         return status;
-    if (!own->lcp)
-        status = perp__lcp_create(solver->context, &own->lcp, NULL);
-    if (status == PERP_OK && own->fitted != solver->setups)
-        status = perp__arena_fit(&own->arena, solver->context, lay_out, solver);
+    if (!space->lcp)
+        status = perp__lcp_create(solver->context, &space->lcp, NULL);
+    if (status == PERP_OK && space->fitted != solver->setups)
+        status = perp__arena_fit(&space->arena, solver->context, lay_out, solver);
     if (status != PERP_OK)
         return status;
-    own->fitted = solver->setups;
+    space->fitted = solver->setups;
     for (int32_t i = 0; i < solver->size; i++) {
         const int32_t k = solver->constraint_of[i];
 
         if (k >= solver->contacts ||
             i < solver->starts[k] + perp__contact_normals(&solver->problem, k))
-            own->rows[n++] = i;
+            space->rows[n++] = i;
     }
     /* the problem of the normals of contacts and bilateral rows, which `rows` lists by now */
     for (int32_t j = 0; j < n; j++) {
-        const int32_t row = own->rows[j], k = solver->constraint_of[row];
+        const int32_t row = space->rows[j], k = solver->constraint_of[row];
 
-        perp__contact_units(&solver->problem, k, &own->impulse[j], &own->velocity[j]);
-        own->q[j] = solver->q[row] / own->velocity[j];
-        own->lower[j] = k < solver->contacts && solver->two_sided[k] == 0 ? 0.0 : -INFINITY;
+        perp__contact_units(&solver->problem, k, &space->impulse[j], &space->velocity[j]);
+        space->q[j] = solver->q[row] / space->velocity[j];
+        space->lower[j] = k < solver->contacts && solver->two_sided[k] == 0 ? 0.0 : -INFINITY;
     }
     for (int32_t j = 0; j < n; j++)
         for (int32_t i = 0; i < n; i++)
-            own->M[(size_t)i + (size_t)j * (size_t)n] =
-                perp__contact_couples(&solver->problem, solver->constraint_of[own->rows[i]],
-                                      solver->constraint_of[own->rows[j]])
-                    ? perp__entry(&solver->W, own->rows[i], own->rows[j]) *
-                          (own->impulse[j] / own->velocity[i])
+            space->M[(size_t)i + (size_t)j * (size_t)n] =
+                perp__contact_couples(&solver->problem, solver->constraint_of[space->rows[i]],
+                                      solver->constraint_of[space->rows[j]])
+                    ? perp__entry(&solver->W, space->rows[i], space->rows[j]) *
+                          (space->impulse[j] / space->velocity[i])
                     : 0.0;
     status = solve(solver, &result);
     if (status == PERP_OK && result.has_ray) {
-        lift(solver, own->direction, solver->start);
+        lift(solver, space->direction, solver->start);
         perp__contact_keep_ray(solver, solver->start);
     }
     if (status == PERP_OK && solver->certificate == PERP_CONTACT_CERTIFICATE_NONE)

@@ -298,8 +298,8 @@ static void layout(perp__arena *arena, void *object)
 }
 
 /* The verdict of the front door on r, and with it v, u and modes. */
-static perp_status judge(perp_contact_sensitivity *s, perp_contact_sensitivity_info *info,
-                         const double *f, const double *w, const double *b, const double *r)
+static perp_status find_outcome(perp_contact_sensitivity *s, perp_contact_sensitivity_info *info,
+                                const double *f, const double *w, const double *b, const double *r)
 {
     perp_contact_result result;
     const perp__contact_call call = {s->v, s->r, s->u, s->modes, NULL, &result, f, w, b, NULL, r};
@@ -333,7 +333,7 @@ perp_status perp_contact_sensitivity_create(perp_context *context,
                                             const perp_contact_dynamics *dynamics, const double *f,
                                             const double *w, const double *b, const double *r)
 {
-    perp_contact_sensitivity_info own = {0};
+    perp_contact_sensitivity_info copy = {0};
     perp_contact_sensitivity *s = NULL;
     perp_status status = perp__enter(context);
 
@@ -358,9 +358,9 @@ perp_status perp_contact_sensitivity_create(perp_context *context,
         s->size = s->rows + s->G.rows;
         status = perp__arena_fit(&s->arena, s->context, layout, s);
     }
-    PERP__THEN(status, judge(s, &own, f, w, b, r));
+    PERP__THEN(status, find_outcome(s, &copy, f, w, b, r));
     if (status == PERP_OK)
-        perp__struct_write(info, &own, sizeof own);
+        perp__struct_write(info, &copy, sizeof copy);
     if (s)
         PERP__HAND_OUT(status, s, sensitivity);
     return perp__leave(context, status);
@@ -392,7 +392,7 @@ perp_status perp_contact_sensitivity_point(perp_contact_sensitivity *s, double *
 typedef struct change {
     const double *f, *w, *b, *mu;
     const perp_matrix *given[3];
-    perp__matrix own[3]; /* of M, H, G */
+    perp__matrix copy[3]; /* of M, H, G */
 } change;
 
 static perp_status read_change(const perp_contact_sensitivity *s, change *c)
@@ -407,8 +407,8 @@ static perp_status read_change(const perp_contact_sensitivity *s, change *c)
     PERP__THEN(status, perp__check_finite(s->context, "dmu", c->mu, (size_t)s->contacts));
     for (int32_t k = 0; k < 3; k++)
         if (status == PERP_OK && c->given[k])
-            status = perp__matrix_read_sized(s->context, names[k], &c->own[k], c->given[k], rows[k],
-                                             s->n);
+            status = perp__matrix_read_sized(s->context, names[k], &c->copy[k], c->given[k],
+                                             rows[k], s->n);
     return status;
 }
 
@@ -422,21 +422,21 @@ static perp_status forward(perp_contact_sensitivity *s, double *dv, double *dr, 
     for (int32_t j = 0; j < s->n; j++)
         s->dv[j] = c->f ? c->f[j] : 0.0;
     if (c->given[0]) {
-        perp__multiply(&c->own[0], s->v, s->push);
+        perp__multiply(&c->copy[0], s->v, s->push);
         for (int32_t j = 0; j < s->n; j++)
             s->dv[j] -= s->push[j];
     }
-    add_transposed(c->given[1] ? &c->own[1] : NULL, c->given[2] ? &c->own[2] : NULL, s->n, s->rows,
-                   s->r, s->dv);
+    add_transposed(c->given[1] ? &c->copy[1] : NULL, c->given[2] ? &c->copy[2] : NULL, s->n,
+                   s->rows, s->r, s->dv);
     status = solve_mass(s, s->dv);
     if (status != PERP_OK)
         return status;
     multiply(s, s->dv, s->d);
     memset(s->image, 0, (size_t)s->size * sizeof *s->image);
     if (c->given[1])
-        perp__multiply(&c->own[1], s->v, s->image);
+        perp__multiply(&c->copy[1], s->v, s->image);
     if (c->given[2] && s->size > s->rows)
-        perp__multiply(&c->own[2], s->v, s->image + s->rows);
+        perp__multiply(&c->copy[2], s->v, s->image + s->rows);
     for (int32_t i = 0; i < s->size; i++) {
         const double *offset = i < s->rows ? c->w : c->b;
 

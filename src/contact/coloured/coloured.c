@@ -174,12 +174,12 @@ static void start_bodies(int32_t i, void *data)
     const perp__coloured_part *part = part_of(c, i);
 
     for (int32_t body = first_body(c, i); body < end_body(c, i); body++) {
-        const int32_t own = body - part->first_body;
-        const double *C = part->problem->factors + width * width * own;
+        const int32_t number = body - part->first_body;
+        const double *C = part->problem->factors + width * width * number;
         double *y = c->free + 8 * body;
 
         memset(y, 0, 8 * sizeof *y);
-        memcpy(y, part->problem->free + width * own, (size_t)width * sizeof *y);
+        memcpy(y, part->problem->free + width * number, (size_t)width * sizeof *y);
         if (perp__is_zero3(y) && perp__is_zero3(y + 3)) {
             memset(c->y + 8 * body, 0, 8 * sizeof *y);
             continue;
@@ -204,7 +204,7 @@ static void fill_piece(int32_t i, void *data)
 /* The impulses of a part that are known; or none, where 1/2 y'y + r'w is above that of none, and so
  * they are farther from any answer, as those may be by which joints that say the same press each
  * other. */
-static void judge_start(perp__coloured *c, const perp__coloured_part *part)
+static void check_start(perp__coloured *c, const perp__coloured_part *part)
 {
     const size_t first = 8 * (size_t)part->first_body, end = 8 * (size_t)part->end_body;
     double more = 0.0;
@@ -334,7 +334,7 @@ static void run_passes(job *at)
         (void)perp__joint_block_solve(&c->joints, 1.0, 0.0, c->y);
     }
     for (int32_t k = 0; k < c->parts && c->part->problem->warm; k++)
-        judge_start(c, &c->part[k]);
+        check_start(c, &c->part[k]);
     memcpy(c->moved, c->y, size);
     memcpy(c->before, c->y, size);
     /* 2. Rounds of passes; equations alone go as far as refinement does. */
@@ -389,8 +389,8 @@ static void clear_penetration(job *at)
 static void write_velocity(const perp__coloured *c, const perp__coloured_part *part, int32_t body,
                            const double *y, double *v)
 {
-    const int32_t width = c->width, own = width * (body - part->first_body);
-    const double *C = part->problem->factors + width * own;
+    const int32_t width = c->width, number = width * (body - part->first_body);
+    const double *C = part->problem->factors + width * number;
     double dy[6];
 
     for (int32_t j = 0; j < width; j++)
@@ -400,7 +400,7 @@ static void write_velocity(const perp__coloured *c, const perp__coloured_part *p
 
         for (int32_t j = 0; j < width; j++)
             sum += C[width * k + j] * dy[j];
-        v[own + k] = part->problem->free[own + k] + sum;
+        v[number + k] = part->problem->free[number + k] + sum;
     }
 }
 

@@ -175,7 +175,7 @@ PERP__KERNEL static void fill_column(perp__joint_factor *f, int32_t k, double ri
         f->tile[f->tiles[k]][c][c] = ridge;
     for (int32_t side = 0; side < 2; side++) {
         const int32_t body = f->body[2 * node + side], moves = body < f->bodies;
-        double(*own)[PERP__NODE] = &f->P[node][PERP__NODE * side];
+        double(*number)[PERP__NODE] = &f->P[node][PERP__NODE * side];
 
         for (int32_t p = moves ? f->first[body] : 0; p < (moves ? f->first[body + 1] : 0); p++) {
             const int32_t other = f->touching[p] / 2;
@@ -186,8 +186,8 @@ PERP__KERNEL static void fill_column(perp__joint_factor *f, int32_t k, double ri
                 continue;
             tile = f->tile[f->mark[f->rank[other]]];
             for (int32_t c = 0; c < f->rows[node]; c++) {
-                const double x[6] = {own[0][c], own[1][c], own[2][c],
-                                     own[3][c], own[4][c], own[5][c]};
+                const double x[6] = {number[0][c], number[1][c], number[2][c],
+                                     number[3][c], number[4][c], number[5][c]};
 
                 perp__add_columns(tile[c], f->rows[other], 1.0, P, x, 6);
             }
@@ -345,16 +345,17 @@ PERP__MULTIVERSION_SHARED(perp__joint_factor_solve, (const perp__joint_factor *f
     }
     for (int32_t k = f->nodes; k-- > 0;) {
         const int32_t node = f->order[k], rows = f->rows[node];
-        double half[PERP__NODE] = {0.0}, own[PERP__NODE] = {0.0};
+        double half[PERP__NODE] = {0.0}, number[PERP__NODE] = {0.0};
 
         perp__add_product(half, rows, 1.0, f->tile[f->tiles[k]], x + PERP__NODE * node, rows);
-        perp__add_product(own, rows, 1.0, f->back[f->tiles[k]], half, rows);
+        perp__add_product(number, rows, 1.0, f->back[f->tiles[k]], half, rows);
         for (int32_t t = f->tiles[k] + 1; t < f->tiles[k + 1]; t++) {
             const int32_t other = f->order[f->row[t]];
 
-            perp__add_product(own, rows, -1.0, f->back[t], x + PERP__NODE * other, f->rows[other]);
+            perp__add_product(number, rows, -1.0, f->back[t], x + PERP__NODE * other,
+                              f->rows[other]);
         }
-        memcpy(x + PERP__NODE * node, own, sizeof own);
+        memcpy(x + PERP__NODE * node, number, sizeof number);
     }
 }
 

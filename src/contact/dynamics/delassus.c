@@ -13,32 +13,32 @@ void perp__delassus_diagonal(const perp__matrix *W, double *diagonal)
 
 static void lay_out(perp__arena *arena, void *object)
 {
-    perp__delassus *own = object;
+    perp__delassus *view = object;
 
-    own->values = perp__arena_take(arena, (size_t)own->entries, sizeof(double));
-    own->rows = own->starts = NULL;
-    if (!own->sparse)
+    view->values = perp__arena_take(arena, (size_t)view->entries, sizeof(double));
+    view->rows = view->starts = NULL;
+    if (!view->sparse)
         return;
-    own->rows = perp__arena_take(arena, (size_t)own->entries, sizeof(int32_t));
-    own->starts = perp__arena_take(arena, (size_t)own->size + 1, sizeof(int32_t));
+    view->rows = perp__arena_take(arena, (size_t)view->entries, sizeof(int32_t));
+    view->starts = perp__arena_take(arena, (size_t)view->size + 1, sizeof(int32_t));
 }
 
 /* Room for a matrix of so many entries; and its view, which is to be filled. */
-static perp_status fit(perp__delassus *own, perp_context *context, perp__matrix *W, int32_t size,
+static perp_status fit(perp__delassus *view, perp_context *context, perp__matrix *W, int32_t size,
                        int64_t entries)
 {
     perp_status status;
 
-    own->size = size;
-    own->entries = entries;
-    status = perp__arena_fit(&own->arena, context, lay_out, own);
+    view->size = size;
+    view->entries = entries;
+    status = perp__arena_fit(&view->arena, context, lay_out, view);
     if (status == PERP_OK)
-        *W = (perp__matrix){size,        size,        1,        own->sparse ? 1 : (size_t)size,
-                            own->values, own->starts, own->rows};
+        *W = (perp__matrix){size,         size,         1,         view->sparse ? 1 : (size_t)size,
+                            view->values, view->starts, view->rows};
     return status;
 }
 
-perp_status perp__delassus_add(perp__delassus *own, perp_context *context, perp__matrix *W,
+perp_status perp__delassus_add(perp__delassus *view, perp_context *context, perp__matrix *W,
                                const double *compliance)
 {
     const perp__matrix given = *W;
@@ -46,37 +46,37 @@ perp_status perp__delassus_add(perp__delassus *own, perp_context *context, perp_
     int32_t to = 0;
     perp_status status;
 
-    own->sparse = given.column_starts != NULL;
-    if (own->sparse && given.column_starts[n] > INT32_MAX - n)
+    view->sparse = given.column_starts != NULL;
+    if (view->sparse && given.column_starts[n] > INT32_MAX - n)
         return perp__fail_memory(context, "W with compliance");
-    status = fit(own, context, W, given.rows, own->sparse ? given.column_starts[n] + n : n * n);
+    status = fit(view, context, W, given.rows, view->sparse ? given.column_starts[n] + n : n * n);
     if (status != PERP_OK)
         return status;
-    if (!own->sparse) {
-        perp__matrix_spread(&given, own->values, (size_t)n);
+    if (!view->sparse) {
+        perp__matrix_spread(&given, view->values, (size_t)n);
         for (int64_t i = 0; i < n; i++)
-            own->values[i * (n + 1)] += compliance[i];
+            view->values[i * (n + 1)] += compliance[i];
         return PERP_OK;
     }
     for (int32_t j = 0; j < given.columns; j++) { /* with all of the diagonal */
         const perp__line column = perp__line_of(&given, j);
         int32_t k = 0;
 
-        own->starts[j] = to;
+        view->starts[j] = to;
         for (; k < column.count && column.indices[k] < j; k++) {
-            own->rows[to] = column.indices[k];
-            own->values[to++] = column.values[k];
+            view->rows[to] = column.indices[k];
+            view->values[to++] = column.values[k];
         }
-        own->rows[to] = j;
-        own->values[to] = compliance[j];
+        view->rows[to] = j;
+        view->values[to] = compliance[j];
         if (k < column.count && column.indices[k] == j)
-            own->values[to] += column.values[k++];
+            view->values[to] += column.values[k++];
         for (to++; k < column.count; k++) {
-            own->rows[to] = column.indices[k];
-            own->values[to++] = column.values[k];
+            view->rows[to] = column.indices[k];
+            view->values[to++] = column.values[k];
         }
     }
-    own->starts[n] = to;
+    view->starts[n] = to;
     return PERP_OK;
 }
 
@@ -128,7 +128,7 @@ void perp__transposed_doubled(const perp__matrix *A, const double *x, const doub
     }
 }
 
-perp_status perp__delassus_of_bodies(perp__delassus *own, perp_context *context,
+perp_status perp__delassus_of_bodies(perp__delassus *view, perp_context *context,
                                      const perp__bodies *bodies, perp__matrix *W, int32_t *made)
 {
     const int64_t entries = perp__bodies_delassus_entries(bodies);
@@ -137,9 +137,9 @@ perp_status perp__delassus_of_bodies(perp__delassus *own, perp_context *context,
     *made = entries >= 0;
     if (!*made)
         return PERP_OK;
-    own->sparse = 1;
-    status = fit(own, context, W, bodies->size, entries);
+    view->sparse = 1;
+    status = fit(view, context, W, bodies->size, entries);
     if (status == PERP_OK)
-        perp__bodies_delassus(bodies, own->starts, own->rows, own->values);
+        perp__bodies_delassus(bodies, view->starts, view->rows, view->values);
     return status;
 }

@@ -16,7 +16,7 @@ typedef struct perp__delassus {
 } perp__delassus;
 
 /* W := own copy of W + diag(compliance). PERP_OK or _MEMORY. */
-perp_status perp__delassus_add(perp__delassus *own, perp_context *context, perp__matrix *W,
+perp_status perp__delassus_add(perp__delassus *view, perp_context *context, perp__matrix *W,
                                const double *compliance);
 
 /* Diagonal of W. */
@@ -27,7 +27,7 @@ void perp__absolute_product(const perp__matrix *W, const double *x, const double
 
 /* W of the bodies, compressed columns in own's memory. *made is 0 if it has too many entries.
  * PERP_OK or _MEMORY. */
-perp_status perp__delassus_of_bodies(perp__delassus *own, perp_context *context,
+perp_status perp__delassus_of_bodies(perp__delassus *view, perp_context *context,
                                      const perp__bodies *bodies, perp__matrix *W, int32_t *made);
 
 /* out += |A'| |x| */

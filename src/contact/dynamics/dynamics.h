@@ -31,32 +31,32 @@ typedef struct perp__dynamics {
 
 /* Checks everything but positive definiteness and fills own's views; `rows` is what the contacts
  * need of H. */
-perp_status perp__dynamics_read(perp_context *context, perp__dynamics *own, int32_t rows,
+perp_status perp__dynamics_read(perp_context *context, perp__dynamics *view, int32_t rows,
                                 const perp_contact_dynamics *dynamics);
 
 /* Makes room, factors M and, if own->forms_W, forms W. PERP_OK, PERP_ERROR_ARGUMENT (M not positive
  * definite), _NOT_FINITE, _MEMORY or _CALLBACK. */
-perp_status perp__dynamics_setup(perp__dynamics *own);
+perp_status perp__dynamics_setup(perp__dynamics *view);
 
 /* high + low := f + H'r + G's in doubled precision; f NULL: 0. */
-void perp__dynamics_push(perp__dynamics *own, const double *f, const double *r);
+void perp__dynamics_push(perp__dynamics *view, const double *f, const double *r);
 
 /* v + v_low := M^-1 (f + H'r + G's), refined once in doubled precision where M is known; (r, s)
  * NULL: 0. PERP_OK, _CALLBACK or _NOT_FINITE. */
-perp_status perp__dynamics_velocities(perp__dynamics *own, const double *f, const double *r,
+perp_status perp__dynamics_velocities(perp__dynamics *view, const double *f, const double *r,
                                       double *v, double *v_low);
 
 /* u := (H v + w, G v + b), rounded once; b may be NULL. */
-void perp__dynamics_relative(perp__dynamics *own, const double *v, const double *v_low,
+void perp__dynamics_relative(perp__dynamics *view, const double *v, const double *v_low,
                              const double *w, const double *b, double *u);
 
 /* out := (|H| |v| + |w|, |G| |v| + |b|) */
-void perp__dynamics_sizes(const perp__dynamics *own, const double *v, const double *w,
+void perp__dynamics_sizes(const perp__dynamics *view, const double *v, const double *w,
                           const double *b, double *out);
 
 /* Y of W = Y'Y, n by size, row-major with that stride; NULL where W was not made so. */
-const double *perp__dynamics_half(const perp__dynamics *own, size_t *stride);
+const double *perp__dynamics_half(const perp__dynamics *view, size_t *stride);
 
-void perp__dynamics_release(perp__dynamics *own);
+void perp__dynamics_release(perp__dynamics *view);
 
 #endif

@@ -18,7 +18,7 @@ static void lay_out(perp__arena *arena, void *object)
     h->rank = perp__arena_take(arena, blocks, sizeof *h->rank);
     h->is_held = perp__arena_take(arena, blocks, sizeof *h->is_held);
     PERP__INTEGERS(arena, blocks + 1, &h->root, &h->source, &h->queue, &h->cluster, &h->members);
-    perp__held_rows_layout(&h->dense, arena, h->room_entries, h->room_rows, h->room_columns);
+    perp__active_rows_layout(&h->dense, arena, h->room_entries, h->room_rows, h->room_columns);
     h->loose = perp__arena_take(arena, h->room_columns, sizeof(double));
 }
 
@@ -176,7 +176,7 @@ static int32_t is_taken(const perp__hold *h, int32_t constraint, int64_t piece, 
 static void add_row(perp__hold *h, int32_t constraint, int32_t i)
 {
     const perp__bodies *b = h->bodies;
-    double *row = perp__held_rows_next(&h->dense), target = -h->bias[b->rows[constraint] + i];
+    double *row = perp__active_rows_next(&h->dense), target = -h->bias[b->rows[constraint] + i];
 
     memset(row, 0, (size_t)h->dense.n * sizeof *row);
     h->taken_up++;
@@ -191,7 +191,7 @@ static void add_row(perp__hold *h, int32_t constraint, int32_t i)
             memcpy(row + h->cluster[block], P,
                    (size_t)perp__bodies_unknowns(b, block) * sizeof *row);
     }
-    perp__held_rows_take(&h->dense, target);
+    perp__active_rows_add(&h->dense, target);
 }
 
 /* First the normals, then the tangents: of rows that serve equally well the first are taken. */
@@ -251,7 +251,7 @@ static void pad(const perp__hold *h, int32_t block, const double *columns, doubl
 static void move(perp__hold *h, const int32_t *members, int32_t count)
 {
     find_loose(h, members, count);
-    perp__held_rows_free(&h->dense, h->loose);
+    perp__active_rows_free(&h->dense, h->loose);
     for (int32_t m = 0; m < count; m++) {
         const int32_t block = members[m], n = perp__bodies_unknowns(h->bodies, block);
         double *v = h->v + (size_t)block * (size_t)h->bodies->width;
@@ -269,7 +269,7 @@ static void move(perp__hold *h, const int32_t *members, int32_t count)
                 for (int32_t k = 0; k < n; k++)
                     unit[k] = x[k] / length;
             }
-            if (v[i] == 0.0 || perp__held_rows_fix(&h->dense, h->cluster[block], n))
+            if (v[i] == 0.0 || perp__active_rows_fix(&h->dense, h->cluster[block], n))
                 v[i] = 0.0; /* never -0.0 */
         }
     }
@@ -285,7 +285,7 @@ static int32_t carry_members(perp__hold *h, const int32_t *members, int32_t coun
         for (int64_t at = b->block_starts[members[m]]; at < b->block_starts[members[m] + 1]; at++) {
             const int32_t constraint = b->block_constraints[at];
             int64_t piece = 0;
-            int32_t leads;
+            int32_t beside;
 
             if (h->holds[constraint] == 0)
                 continue;
@@ -293,11 +293,11 @@ static int32_t carry_members(perp__hold *h, const int32_t *members, int32_t coun
                 return 0;
             if (count_open(h, constraint, &piece) > 1) /* within the cluster */
                 continue;
-            leads = root_beside(h, constraint, members[m]);
-            if (leads == PERP__HOLD_SEVERAL ||
-                (root != PERP__HOLD_UNSET && !is_same(h, root, leads)))
+            beside = root_beside(h, constraint, members[m]);
+            if (beside == PERP__HOLD_SEVERAL ||
+                (root != PERP__HOLD_UNSET && !is_same(h, root, beside)))
                 return 0;
-            root = leads;
+            root = beside;
         }
     for (int32_t m = 0; m < count; m++)
         if (root == PERP__HOLD_UNSET || !carry(h, members[m], root))
@@ -330,9 +330,9 @@ static void solve_cluster(perp__hold *h, const int32_t *members, int32_t count)
         h->cluster[members[m]] = n;
         n += perp__bodies_unknowns(b, members[m]);
     }
-    perp__held_rows_begin(&h->dense, n);
+    perp__active_rows_begin(&h->dense, n);
     gather(h, members, count);
-    perp__held_rows_solve(&h->dense);
+    perp__active_rows_solve(&h->dense);
     if (h->dense.rank < n) {
         move(h, members, count);
         return;

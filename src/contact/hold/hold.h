@@ -19,7 +19,7 @@
 
 #include "contact/bodies/bodies.h"
 #include "contact/contact.h"
-#include "linalg/held_rows.h"
+#include "linalg/active_rows.h"
 
 /* Of `source`: no row yet; rows that lead to different motions. */
 enum { PERP__HOLD_UNSET = -3, PERP__HOLD_SEVERAL = -4 };
@@ -53,7 +53,7 @@ typedef struct perp__hold {
     int32_t *cluster; /* blocks: root of its tree; then its first column */
     int32_t *members; /* blocks, by cluster */
     size_t room_rows, room_columns, room_entries;
-    perp__held_rows dense; /* of a cluster */
+    perp__active_rows dense; /* of a cluster */
     double *loose;
 } perp__hold;
 

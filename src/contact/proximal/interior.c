@@ -230,7 +230,7 @@ void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *p
         passed[k % FOLD] = mean;
         /* 1. What the point is worth; u of it, as it is. */
         memcpy(s->start + part->row, s->x + part->row, rows * sizeof *s->x);
-        s->residual = perp__proximal_judge(s, part, s->start, s->speed);
+        s->residual = perp__proximal_residual(s, part, s->start, s->speed);
         s->outcome = perp__proximal_asks_to_stop(s);
         if (!perp__proximal_goes_on(s, s->tol) || !(mean > 0.0))
             break;

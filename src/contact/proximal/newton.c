@@ -109,7 +109,7 @@ void perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *par
     double bold = 1.0, halved; /* much, more each time, as they do not */
     int64_t since = s->factorisations;
 
-    s->residual = perp__proximal_judge(s, part, s->x, s->speed);
+    s->residual = perp__proximal_residual(s, part, s->x, s->speed);
     halved = s->best_residual;
     while (s->factorisations < last && perp__proximal_goes_on(s, s->aim) &&
            s->factorisations - since < patience) {
@@ -121,7 +121,7 @@ void perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *par
             break;
         steps = solve_centre(s, part, rho);
         memcpy(s->start + part->row, s->y + part->row, rows * sizeof *s->x);
-        found = perp__proximal_judge(s, part, s->start, s->spare);
+        found = perp__proximal_residual(s, part, s->start, s->spare);
         if (s->best_residual <= s->tol && !(found < 0.5 * s->residual))
             break;
         if (s->best_residual < 0.5 * halved) {

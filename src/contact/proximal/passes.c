@@ -362,17 +362,17 @@ int32_t perp__proximal_factor(perp__proximal *s, const perp__proximal_part *part
     s->fronts.deadline = control ? control->deadline : 0.0;
     memset(s->fronts.values + begin * square, 0, (end - begin) * square * sizeof(double));
     for (int32_t b = part->block; b < part->last_block; b++) {
-        double *own = s->fronts.values + (size_t)perp__fronts_edge(&s->fronts, b, b) * square;
+        double *diagonal = s->fronts.values + (size_t)perp__fronts_edge(&s->fronts, b, b) * square;
 
         for (size_t i = 0; i < width; i++)
-            own[i * (width + 1)] = 1.0;
+            diagonal[i * (width + 1)] = 1.0;
     }
     (s->whole && !s->by_rows ? add_whole : add)(s, part);
     return perp__fronts_factor(&s->fronts, part->block, part->last_block);
 }
 
-double perp__proximal_judge(perp__proximal *s, const perp__proximal_part *part, double *x,
-                            double *speed)
+double perp__proximal_residual(perp__proximal *s, const perp__proximal_part *part, double *x,
+                               double *speed)
 {
     const perp__contact_problem *problem = s->common.problem;
     double most = 0.0;

@@ -90,7 +90,7 @@ void perp__proximal_split_run(perp__proximal *s, const perp__proximal_part *part
         s->sweeps++;
         if ((k + 1) % LOOK == 0 || k + 1 == sweeps) {
             memcpy(s->start + part->row, s->x + part->row, rows * sizeof *s->x);
-            s->residual = perp__proximal_judge(s, part, s->start, s->speed);
+            s->residual = perp__proximal_residual(s, part, s->start, s->speed);
             if (s->residual <= s->tol)
                 break;
             s->outcome = perp__proximal_asks_to_stop(s);
@@ -146,7 +146,7 @@ static void run_part(perp__proximal *s, const perp__proximal_part *part,
         for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
             s->x[i] = r[i - s->starts[k]] / omega / s->scale[i];
     }
-    s->residual = perp__proximal_judge(s, part, s->x, s->speed);
+    s->residual = perp__proximal_residual(s, part, s->x, s->speed);
 
     /* 2. Alternating directions alone; or Newton's method: a second attempt goes on from where
      * the first has come to, the first from a start, or begins without impulses. */

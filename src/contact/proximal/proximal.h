@@ -126,8 +126,8 @@ void perp__proximal_apply(const perp__proximal *s, const perp__proximal_part *pa
 int32_t perp__proximal_factor(perp__proximal *s, const perp__proximal_part *part);
 
 /* The tested residual of P(x), which takes the place of x; keeps the best, leaves its speeds. */
-double perp__proximal_judge(perp__proximal *s, const perp__proximal_part *part, double *x,
-                            double *speed);
+double perp__proximal_residual(perp__proximal *s, const perp__proximal_part *part, double *x,
+                               double *speed);
 
 /* s->step := (I + J'KJ)^-1 s->rhs by the last factors, refined once where asked for: newton.c. */
 void perp__proximal_find_step(perp__proximal *s, const perp__proximal_part *part, int32_t refines);

@@ -115,11 +115,12 @@ static sizes measure(perp__proximal *s)
     s->blocks = b ? b->blocks : s->constraints;
     s->width = b ? b->width : 1;
     for (int32_t k = 0; k < s->constraints; k++) {
-        const int32_t rows = own_rows(problem, k), own = b ? own_blocks(problem, k) : 0;
-        const size_t pieces = b ? (size_t)(b->piece_starts[k + 1] - b->piece_starts[k] + own) : 0;
+        const int32_t rows = own_rows(problem, k), diagonal = b ? own_blocks(problem, k) : 0;
+        const size_t pieces =
+            b ? (size_t)(b->piece_starts[k + 1] - b->piece_starts[k] + diagonal) : 0;
 
         all += rows;
-        s->blocks += own;
+        s->blocks += diagonal;
         most.pieces += pieces;
         most.entries += pieces * (size_t)(rows * s->width);
         most.slots += pieces * pieces;

@@ -396,7 +396,7 @@ static perp_status solve(void *work, perp__contact_iterate *iterate)
     /* 2. Its answer, to this call's tolerance and limits. */
     M = perp__view(PERP_STORAGE_COLUMN_MAJOR, p->n, p->n, p->M);
     settings.tol = fmin(settings.tol, problem->tol);
-    if (problem->leads || (!problem->chosen && !problem->two_sided && p->n > FEW_UNKNOWNS))
+    if (problem->yields || (!problem->chosen && !problem->two_sided && p->n > FEW_UNKNOWNS))
         settings.method = PERP_LCP_LEMKE;
     settings.monitor = watch;
     settings.monitor_user = (void *)(uintptr_t)problem->control;

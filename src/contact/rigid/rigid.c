@@ -90,7 +90,7 @@ static perp_status prepare(perp_contact_solver *s, const perp__rigid_problem *pr
     s->bodies.C = problem->factors;
     s->bodies.v_free = problem->free;
     s->proves = 0;
-    s->brief = problem->brief;
+    s->quick = problem->quick;
     s->enough = problem->enough;
     s->settings.method = perp__contact_method_named(problem->method);
     s->settings.cone = problem->cone;
@@ -127,9 +127,9 @@ perp_status perp__rigid_solve(perp_contact_solver *s, perp__rigid_answer *answer
         answer->modes[k] = best->modes[k];
     answer->outcome = best->outcome;
     answer->iterations = s->iterations;
-    answer->tested = best->worth.tested;
-    answer->own = best->worth.own;
-    answer->backward = best->worth.backward;
+    answer->tested = best->residuals.tested;
+    answer->own_residual = best->residuals.own_residual;
+    answer->backward = best->residuals.backward;
     return PERP_OK;
 }
 

@@ -11,7 +11,7 @@
 #include "base/outcome.h"
 #include "contact/contact.h"
 #include "contact/law.h"
-#include "linalg/held_rows.h"
+#include "linalg/active_rows.h"
 #include "linalg/lanes/multiversion.h"
 
 /* Squares of numbers between this and its inverse lose nothing to the range of doubles, nor do
@@ -133,7 +133,7 @@ PERP__MULTIVERSION(push, (single * s), (s))
 
 /* What contact k lacks of its law, or where that is more the velocities that its mode says are 0,
  * with what rounding may have made of the velocities. False for one that presses and separates. */
-static int32_t judge(single *s, int32_t k, perp__evidence *worth)
+static int32_t find_lack(single *s, int32_t k, perp__evidence *residuals)
 {
     const int32_t first = s->starts[k], end = s->starts[k + 1];
     int32_t mode;
@@ -146,8 +146,8 @@ static int32_t judge(single *s, int32_t k, perp__evidence *worth)
         perp__raise_to(
             &lack, perp__contact_length(s->u, first, mode == PERP_CONTACT_STICK ? end : first + 1));
     lack += 2.0 * (1.0 + s->mu[k]) * perp__contact_length(s->error, first, end);
-    perp__raise_to(&worth->tested, lack / (s->root[k] * s->omega));
-    perp__raise_to(&worth->own, lack / perp__contact_length(s->scale, first, end));
+    perp__raise_to(&residuals->tested, lack / (s->root[k] * s->omega));
+    perp__raise_to(&residuals->own_residual, lack / perp__contact_length(s->scale, first, end));
     return 1;
 }
 
@@ -179,7 +179,7 @@ static int32_t find_held(single *s)
 }
 
 /* v = v_free + C move, and exactly 0.0 in coordinates that the rows that hold determine. */
-static void move_body(single *s, perp__held_rows *held, const double *move)
+static void move_body(single *s, perp__active_rows *held, const double *move)
 {
     const int32_t n = s->problem->width;
     const double *C = s->problem->factors;
@@ -191,7 +191,7 @@ static void move_body(single *s, perp__held_rows *held, const double *move)
         s->v[i] = s->problem->free[i] + perp__dot(C, move, n);
         for (int32_t j = 0; j < n; j++)
             held->unit[j] = C[j] / length;
-        if (s->v[i] == 0.0 || perp__held_rows_fix(held, 0, n))
+        if (s->v[i] == 0.0 || perp__active_rows_fix(held, 0, n))
             s->v[i] = 0.0; /* never -0.0 */
     }
 }
@@ -206,14 +206,14 @@ static void hold(single *s)
     double particular[WIDTH], components[WIDTH] = {0.0}, unit[WIDTH], move[WIDTH] = {0.0};
     double change = 0.0, strength = 0.0;
     int32_t taken[ROWS];
-    perp__held_rows held = {.rows = rows,
-                            .targets = targets,
-                            .norms = norms,
-                            .taken = taken,
-                            .basis = basis,
-                            .particular = particular,
-                            .components = components,
-                            .unit = unit};
+    perp__active_rows held = {.rows = rows,
+                              .targets = targets,
+                              .norms = norms,
+                              .taken = taken,
+                              .basis = basis,
+                              .particular = particular,
+                              .components = components,
+                              .unit = unit};
 
     /* 1. What the rows that do not hold push. */
     for (int32_t k = 0; k < p->contacts; k++)
@@ -223,17 +223,17 @@ static void hold(single *s)
                 move[j] += s->r[i] * s->P[i][j];
         }
     /* 2. The least that stops the rows that hold, normals first. */
-    perp__held_rows_begin(&held, n);
+    perp__active_rows_begin(&held, n);
     for (int32_t a = 0; a < AXES; a++)
         for (int32_t k = 0; k < p->contacts; k++) {
             const int32_t i = s->starts[k] + a;
 
             if (a >= s->held[k])
                 continue;
-            perp__copy(perp__held_rows_next(&held), s->P[i], n);
-            perp__held_rows_take(&held, -(s->q[i] + perp__dot(s->P[i], move, n)));
+            perp__copy(perp__active_rows_next(&held), s->P[i], n);
+            perp__active_rows_add(&held, -(s->q[i] + perp__dot(s->P[i], move, n)));
         }
-    perp__held_rows_solve(&held);
+    perp__active_rows_solve(&held);
     s->rank = held.rank;
     for (int32_t j = 0; j < n; j++) {
         move[j] += particular[j];
@@ -267,7 +267,7 @@ int32_t perp__rigid_single(perp__rigid_answer *answer, const perp__rigid_problem
                            double tol)
 {
     const perp__rigid_problem *p = problem;
-    perp__evidence worth = {0.0, 0.0, 1.0, 1};
+    perp__evidence residuals = {0.0, 0.0, 1.0, 1};
     single s;
 
     /* 1. Whether there is but one body, on the world at rest. */
@@ -293,18 +293,18 @@ int32_t perp__rigid_single(perp__rigid_answer *answer, const perp__rigid_problem
         perp__contact_clip(&s.law, k, s.r);
     push(&s);
     for (int32_t k = 0; k < p->contacts; k++)
-        if (!judge(&s, k, &worth))
+        if (!find_lack(&s, k, &residuals))
             return 0;
-    if (!perp__is_good(perp__gate(&worth, tol, -1)) || !find_held(&s))
+    if (!perp__is_good(perp__gate(&residuals, tol, -1)) || !find_held(&s))
         return 0;
-    answer->tested = worth.tested;
+    answer->tested = residuals.tested;
     /* 4. The velocities that what holds leaves. */
     hold(&s);
-    perp__raise_to(&worth.own, s.change);
-    worth.sound = perp__all_finite(s.v, WIDTH); /* where u is not, neither are its errors */
-    answer->outcome = perp__gate(&worth, p->tol, -1);
-    answer->own = worth.own;
-    answer->backward = worth.backward;
+    perp__raise_to(&residuals.own_residual, s.change);
+    residuals.sound = perp__all_finite(s.v, WIDTH); /* where u is not, neither are its errors */
+    answer->outcome = perp__gate(&residuals, p->tol, -1);
+    answer->own_residual = residuals.own_residual;
+    answer->backward = residuals.backward;
     if (!perp__is_good(answer->outcome))
         return 0;
     write_answer(&s, answer);

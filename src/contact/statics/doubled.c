@@ -195,26 +195,26 @@ int32_t perp__statics_factor_doubled(perp__statics *s)
 void perp__statics_solve_doubled(perp__statics *s, double *x, double *low)
 {
     const int32_t width = s->rows->width, n = s->rows->nodes * width;
-    pair *own = s->ordered; /* in the order of elimination */
+    pair *ordered = s->ordered; /* in the order of elimination */
 
     for (int32_t i = 0; i < n; i++) {
         const size_t at = (size_t)(s->fronts.order[i / width] * width + i % width);
         const pair *L = s->L + row_of(s, i);
 
-        own[i] = (pair){x[at], low[at]};
+        ordered[i] = (pair){x[at], low[at]};
         for (int32_t k = s->first[i]; k < i; k++)
-            own[i] = less(own[i], L[k], own[k]);
-        own[i] = ratio(own[i], L[i]);
+            ordered[i] = less(ordered[i], L[k], ordered[k]);
+        ordered[i] = ratio(ordered[i], L[i]);
     }
     for (int32_t i = n - 1; i >= 0; i--) {
         const size_t at = (size_t)(s->fronts.order[i / width] * width + i % width);
         const pair *L = s->L + row_of(s, i);
 
-        own[i] = ratio(own[i], L[i]);
-        x[at] = own[i].high;
-        low[at] = own[i].low;
+        ordered[i] = ratio(ordered[i], L[i]);
+        x[at] = ordered[i].high;
+        low[at] = ordered[i].low;
         for (int32_t k = s->first[i]; k < i; k++)
-            own[k] = less(own[k], L[k], own[i]);
+            ordered[k] = less(ordered[k], L[k], ordered[i]);
     }
 }
 

@@ -169,9 +169,9 @@ int32_t perp__statics_factor(perp__statics *s)
 
         for (int32_t i = 0; i < width; i++) { /* entries of rounding count as none */
             double *entry = diagonal_of(s, node, i);
-            const double size = *entry, own = reach[i] > least ? size : 0.0;
+            const double size = *entry, reached = reach[i] > least ? size : 0.0;
 
-            *entry += PERP__RIDGE * (own > 0.0 ? own : most > 0.0 ? most : 1.0);
+            *entry += PERP__RIDGE * (reached > 0.0 ? reached : most > 0.0 ? most : 1.0);
             s->shift[node * width + i] = *entry - size;
         }
     }

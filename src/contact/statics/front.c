@@ -52,9 +52,9 @@ struct perp__statics_front {
     perp__statics_unit *unit;
     perp__statics_link *link;
     double *values, *forces, *loads, *r, *v;
-    perp__statics_rows own; /* its rows: those that can carry something */
-    perp__statics *statics; /* NULL until it is first needed */
-    double most_products;   /* of a factorisation; 0: no limit */
+    perp__statics_rows copy; /* its rows: those that can carry something */
+    perp__statics *statics;  /* NULL until it is first needed */
+    double most_products;    /* of a factorisation; 0: no limit */
 };
 
 typedef struct perp__statics_front front;
@@ -63,36 +63,36 @@ typedef struct perp__statics_front front;
 
 static perp_status read_problem(front *a, const perp_statics_problem *given)
 {
-    perp_statics_problem own;
-    perp_status status = perp_statics_problem_init(&own, sizeof own);
+    perp_statics_problem copy;
+    perp_status status = perp_statics_problem_init(&copy, sizeof copy);
 
     PERP__THEN(status, perp__check_pointer(a->context, "problem", given));
-    PERP__THEN(status, perp__struct_read(a->context, "problem", &own, sizeof own, given,
+    PERP__THEN(status, perp__struct_read(a->context, "problem", &copy, sizeof copy, given,
                                          PERP__FIRST(perp_statics_problem)));
-    PERP__THEN(status, perp__contact_read_laws(a->context, &a->laws, &a->rows, own.laws));
+    PERP__THEN(status, perp__contact_read_laws(a->context, &a->laws, &a->rows, copy.laws));
     if (status != PERP_OK)
         return status;
-    if (own.n < 0 || own.reserved != 0)
-        return perp__refuse(a->context, "problem.%s is %d, expected %s",
-                            own.n < 0 ? "n" : "reserved", (int)(own.n < 0 ? own.n : own.reserved),
-                            own.n < 0 ? "0 or more" : "0");
-    a->n = own.n;
+    if (copy.n < 0 || copy.reserved != 0)
+        return perp__refuse(
+            a->context, "problem.%s is %d, expected %s", copy.n < 0 ? "n" : "reserved",
+            (int)(copy.n < 0 ? copy.n : copy.reserved), copy.n < 0 ? "0 or more" : "0");
+    a->n = copy.n;
     a->rows += a->laws.bounded;
     a->size = a->rows;
-    if (a->rows > 0 || own.H)
-        status = perp__matrix_read_sized(a->context, "H", &a->H, own.H, a->rows, a->n);
-    if (status == PERP_OK && own.G)
-        status = perp__matrix_read_sized(a->context, "G", &a->G, own.G, own.G->rows, a->n);
+    if (a->rows > 0 || copy.H)
+        status = perp__matrix_read_sized(a->context, "H", &a->H, copy.H, a->rows, a->n);
+    if (status == PERP_OK && copy.G)
+        status = perp__matrix_read_sized(a->context, "G", &a->G, copy.G, copy.G->rows, a->n);
     a->size += a->G.rows;
-    PERP__THEN(status, perp__check_vector(a->context, "f", own.f, (size_t)a->n));
-    if (status == PERP_OK && own.load)
-        status = perp__check_vector(a->context, "load", own.load, (size_t)a->n);
-    if (status == PERP_OK && own.r0)
-        status = perp__check_vector(a->context, "r0", own.r0, (size_t)a->rows);
-    a->f = own.f;
-    a->load = own.load;
-    a->r0 = own.r0;
-    a->own.units = a->laws.contacts + a->laws.bounded + a->size - a->rows;
+    PERP__THEN(status, perp__check_vector(a->context, "f", copy.f, (size_t)a->n));
+    if (status == PERP_OK && copy.load)
+        status = perp__check_vector(a->context, "load", copy.load, (size_t)a->n);
+    if (status == PERP_OK && copy.r0)
+        status = perp__check_vector(a->context, "r0", copy.r0, (size_t)a->rows);
+    a->f = copy.f;
+    a->load = copy.load;
+    a->r0 = copy.r0;
+    a->copy.units = a->laws.contacts + a->laws.bounded + a->size - a->rows;
     return status;
 }
 
@@ -103,14 +103,14 @@ perp_status perp__statics_read_settings(perp_context *context, perp__statics_aim
         PERP__INTEGER(perp_statics_settings, objective, 0, PERP_STATICS_INTERIOR),
         PERP__INTEGER(perp_statics_settings, max_iterations, 0, INFINITY),
     };
-    perp_statics_settings own;
-    perp_status status = perp_statics_settings_init(&own, sizeof own);
+    perp_statics_settings copy;
+    perp_status status = perp_statics_settings_init(&copy, sizeof copy);
 
-    PERP__THEN(status, perp__struct_read(context, "settings", &own, sizeof own, given,
+    PERP__THEN(status, perp__struct_read(context, "settings", &copy, sizeof copy, given,
                                          PERP__FIRST(perp_statics_settings)));
-    PERP__THEN(status, PERP__CHECK_FIELDS(context, "settings", &own, fields));
-    aim->objective = own.objective;
-    aim->max_iterations = own.max_iterations > 0 ? own.max_iterations : PERP__STATICS_ITERATIONS;
+    PERP__THEN(status, PERP__CHECK_FIELDS(context, "settings", &copy, fields));
+    aim->objective = copy.objective;
+    aim->max_iterations = copy.max_iterations > 0 ? copy.max_iterations : PERP__STATICS_ITERATIONS;
     aim->gap = MEASURED;
     return status;
 }
@@ -128,7 +128,7 @@ static void lay_out_rows(perp__arena *arena, void *object)
     a->mark = perp__arena_take(arena, (size_t)a->n, sizeof *a->mark);
     a->scale = perp__arena_take(arena, (size_t)a->n, sizeof *a->scale);
     a->unit =
-        perp__arena_take(arena, (size_t)(a->own.units + 2 * a->laws.contacts), sizeof *a->unit);
+        perp__arena_take(arena, (size_t)(a->copy.units + 2 * a->laws.contacts), sizeof *a->unit);
 }
 
 /* At most: some may be 0. */
@@ -174,22 +174,22 @@ static void list_rows(front *a)
 static void take_rows(front *a, int32_t row, int32_t count)
 {
     for (int32_t i = 0; i < count; i++)
-        a->row[a->own.size++] = (combined_row){row + i, 1, {1.0, 0.0, 0.0}};
+        a->row[a->copy.size++] = (combined_row){row + i, 1, {1.0, 0.0, 0.0}};
 }
 
 /* One of the normals from `row` on, turned: along r0, or an axis across it, of Householder's
  * reflection. */
 static void take_turned(front *a, int32_t row, int32_t normals, int32_t axis)
 {
-    combined_row *own = &a->row[a->own.size++];
+    combined_row *copy = &a->row[a->copy.size++];
     double d[3] = {0.0};
 
     memcpy(d, a->r0 + row, (size_t)normals * sizeof *d);
     perp__normalise3(d);
-    *own = (combined_row){row, normals, {d[0], d[1], d[2]}};
+    *copy = (combined_row){row, normals, {d[0], d[1], d[2]}};
     for (int32_t i = 0; i < 3 && axis > 0; i++)
-        own->factor[i] = (i == axis) - d[axis] / (1.0 + fabs(d[0])) *
-                                           (d[i] + (i == 0 ? copysign(1.0, d[0]) : 0.0));
+        copy->factor[i] = (i == axis) - d[axis] / (1.0 + fabs(d[0])) *
+                                            (d[i] + (i == 0 ? copysign(1.0, d[0]) : 0.0));
 }
 
 /* A contact, whose rows begin at *row. One that holds both ways is free where it has no friction;
@@ -225,10 +225,10 @@ static perp_status list_contact(front *a, int32_t u, int32_t *row)
         take_rows(a, first, normals);
     take_rows(a, first + normals, unit->tangents);
     take_rows(a, first + normals + tangents, unit->rolls + unit->spins);
-    unit->rows = a->own.size - unit->row;
+    unit->rows = a->copy.size - unit->row;
     for (int32_t axis = 1; axis < both && turned; axis++) {
-        a->unit[a->own.units++] =
-            (perp__statics_unit){.kind = PERP__STATICS_FREE, .row = a->own.size, .rows = 1};
+        a->unit[a->copy.units++] =
+            (perp__statics_unit){.kind = PERP__STATICS_FREE, .row = a->copy.size, .rows = 1};
         take_turned(a, first, both, axis);
     }
     return PERP_OK;
@@ -238,17 +238,17 @@ static perp_status list_contact(front *a, int32_t u, int32_t *row)
 static perp_status list_units(front *a)
 {
     const perp_contact_laws *laws = &a->laws;
-    const int32_t units = a->own.units;
+    const int32_t units = a->copy.units;
     int32_t row = 0;
     perp_status status = PERP_OK;
 
-    a->own.size = 0;
+    a->copy.size = 0;
     for (int32_t u = 0; u < units && status == PERP_OK; u++) {
         perp__statics_unit *unit = &a->unit[u];
         const int32_t k = u - laws->contacts;
 
         memset(unit, 0, sizeof *unit);
-        unit->row = a->own.size;
+        unit->row = a->copy.size;
         if (k < 0) {
             status = list_contact(a, u, &row);
             continue;
@@ -271,8 +271,8 @@ static int32_t count_links(front *a, int32_t width, double *work)
 
     memset(a->mark, -1, (size_t)a->n * sizeof *a->mark);
     *work = 0.0;
-    for (int32_t u = 0; u < a->own.units; u++) {
-        int32_t own = 0;
+    for (int32_t u = 0; u < a->copy.units; u++) {
+        int32_t links = 0;
 
         for (int32_t k = 0; k < a->unit[u].rows; k++) {
             const combined_row *row = &a->row[a->unit[u].row + k];
@@ -280,11 +280,11 @@ static int32_t count_links(front *a, int32_t width, double *work)
             for (int32_t e = a->starts[row->first]; e < a->starts[row->first + row->count]; e++)
                 if (a->mark[a->columns[e] / width] != u) {
                     a->mark[a->columns[e] / width] = u;
-                    own++;
+                    links++;
                 }
         }
-        sum += own;
-        *work += (double)own * own * width * width;
+        sum += links;
+        *work += (double)links * links * width * width;
     }
     return sum;
 }
@@ -292,11 +292,11 @@ static int32_t count_links(front *a, int32_t width, double *work)
 static void lay_out_values(perp__arena *arena, void *object)
 {
     front *a = object;
-    const size_t n = (size_t)a->own.nodes * (size_t)a->own.width;
+    const size_t n = (size_t)a->copy.nodes * (size_t)a->copy.width;
 
-    a->link = perp__arena_take(arena, (size_t)a->own.links, sizeof *a->link);
+    a->link = perp__arena_take(arena, (size_t)a->copy.links, sizeof *a->link);
     a->values = perp__arena_take(arena, a->numbers, sizeof *a->values);
-    a->r = perp__arena_take(arena, (size_t)a->own.size, sizeof *a->r);
+    a->r = perp__arena_take(arena, (size_t)a->copy.size, sizeof *a->r);
     PERP__DOUBLES(arena, n, &a->forces, &a->loads, &a->v);
 }
 
@@ -312,13 +312,13 @@ static double bring_in(front *a, double x, double scale)
 
 static void fill_links(front *a)
 {
-    const int32_t width = a->own.width;
+    const int32_t width = a->copy.width;
     int32_t links = 0;
     size_t at = 0;
 
     memset(a->mark, -1, (size_t)a->n * sizeof *a->mark);
     memset(a->values, 0, a->numbers * sizeof *a->values);
-    for (int32_t u = 0; u < a->own.units; u++) {
+    for (int32_t u = 0; u < a->copy.units; u++) {
         perp__statics_unit *unit = &a->unit[u];
 
         unit->link = links;
@@ -373,21 +373,21 @@ static perp_status build(front *a)
     for (int32_t k = 3; k >= 0; k--)
         if (work[k] <= LITTLE_MORE * least)
             best = k;
-    a->own.width = widths[best];
-    a->own.links = count_links(a, widths[best], &least);
-    a->own.nodes = (a->n + a->own.width - 1) / a->own.width;
-    a->numbers = (size_t)a->own.links * (size_t)(PERP__STATICS_MOST_ROWS * a->own.width);
+    a->copy.width = widths[best];
+    a->copy.links = count_links(a, widths[best], &least);
+    a->copy.nodes = (a->n + a->copy.width - 1) / a->copy.width;
+    a->numbers = (size_t)a->copy.links * (size_t)(PERP__STATICS_MOST_ROWS * a->copy.width);
     status = perp__arena_fit(&a->value_arena, a->context, lay_out_values, a);
     if (status != PERP_OK)
         return status;
     fill_links(a);
-    a->own.unit = a->unit;
-    a->own.link = a->link;
-    a->own.values = a->values;
+    a->copy.unit = a->unit;
+    a->copy.link = a->link;
+    a->copy.values = a->values;
 
     /* 3. Forces in nodes. */
-    memset(a->forces, 0, (size_t)(a->own.nodes * a->own.width) * sizeof *a->forces);
-    memset(a->loads, 0, (size_t)(a->own.nodes * a->own.width) * sizeof *a->loads);
+    memset(a->forces, 0, (size_t)(a->copy.nodes * a->copy.width) * sizeof *a->forces);
+    memset(a->loads, 0, (size_t)(a->copy.nodes * a->copy.width) * sizeof *a->loads);
     for (int32_t j = 0; j < a->n; j++) {
         a->forces[j] = bring_in(a, a->f[j], a->scale[j]);
         a->loads[j] = a->load ? bring_in(a, a->load[j], a->scale[j]) : 0.0;
@@ -405,7 +405,7 @@ static void write_answer(const front *a, perp__statics_answer *answer, double *r
     if (answer->verdict == PERP_STATICS_STANDS && r) {
         for (int32_t i = 0; i < a->size; i++)
             r[i] = 0.0;
-        for (int32_t i = 0; i < a->own.size; i++)
+        for (int32_t i = 0; i < a->copy.size; i++)
             for (int32_t j = 0; j < a->row[i].count; j++)
                 r[a->row[i].first + j] += a->row[i].factor[j] * a->r[i];
     } else if (answer->verdict == PERP_STATICS_FALLS) {
@@ -429,7 +429,7 @@ static perp_status decide(front *a, const perp__statics_aim *given, perp__static
     answer->r = a->r;
     answer->v = a->v;
     aim.load = a->load ? a->loads : NULL;
-    PERP__THEN(status, perp__statics_set_up(a->statics, &a->own, a->most_products));
+    PERP__THEN(status, perp__statics_set_up(a->statics, &a->copy, a->most_products));
     PERP__THEN(status, perp__statics_decide(a->statics, answer, a->forces, &aim));
     if (status == PERP_OK && a->lost)
         answer->verdict = PERP_STATICS_INDETERMINATE;
@@ -462,15 +462,15 @@ perp_status perp_contact_statics(perp_context *context, double *r, double *v,
     PERP__THEN(status, read_problem(&a, problem));
     PERP__THEN(status, decide(&a, &aim, &answer, r, v));
     if (status == PERP_OK) {
-        perp_statics_result own = {.verdict = answer.verdict,
-                                   .iterations = answer.iterations,
-                                   .margin = answer.margin,
-                                   .safety = answer.safety,
-                                   .unbalance = answer.unbalance,
-                                   .work = answer.work,
-                                   .seconds = perp__now() - started};
+        perp_statics_result copy = {.verdict = answer.verdict,
+                                    .iterations = answer.iterations,
+                                    .margin = answer.margin,
+                                    .safety = answer.safety,
+                                    .unbalance = answer.unbalance,
+                                    .work = answer.work,
+                                    .seconds = perp__now() - started};
 
-        perp__struct_write(result, &own, sizeof own);
+        perp__struct_write(result, &copy, sizeof copy);
     }
     release(&a);
     return perp__leave(context, status);
@@ -500,7 +500,7 @@ perp_status perp__statics_rests(perp_context *context, front **kept, const perp_
     a->w = w;
     a->lost = 0;
     a->most_products = seconds < INFINITY ? perp__statics_products(seconds) : 0.0;
-    a->own.units = laws->contacts + dynamics->G.rows;
+    a->copy.units = laws->contacts + dynamics->G.rows;
     status = decide(a, &aim, &answer, r, NULL);
     *rests = status == PERP_OK && answer.verdict == PERP_STATICS_STANDS;
     return status;

@@ -14,11 +14,11 @@
 void perp__cone_place(const perp__statics *s, const perp__cone *cone, const double *x, double shift,
                       double *z)
 {
-    const double *own = x + s->rows->unit[cone->unit].row;
+    const double *at_unit = x + s->rows->unit[cone->unit].row;
 
-    z[0] = cone->sign * own[0] + shift;
-    z[1] = cone->dim > 1 ? cone->scale * own[cone->first] : 0.0;
-    z[2] = cone->dim > 2 ? cone->scale * own[cone->first + 1] : 0.0;
+    z[0] = cone->sign * at_unit[0] + shift;
+    z[1] = cone->dim > 1 ? cone->scale * at_unit[cone->first] : 0.0;
+    z[2] = cone->dim > 2 ? cone->scale * at_unit[cone->first + 1] : 0.0;
 }
 
 /* Of the smallest load beside the largest: what counts. */
@@ -375,15 +375,15 @@ int32_t perp__statics_prove(perp__statics *s, perp__statics_answer *answer, cons
 {
     const int32_t n = (int32_t)perp__statics_numbers(s);
     const double unit = perp__unit_of(perp__largest(y, n));
-    double *own = s->permuted, work, most; /* y of size 1, lest rows round to nothing */
+    double *at_unit = s->permuted, work, most; /* y of size 1, lest rows round to nothing */
 
     for (int32_t i = 0; i < n; i++)
-        own[i] = y[i] / unit;
-    most = perp__largest(own, n);
-    if (!(most > 0.0) || !proves(s, own, &work))
+        at_unit[i] = y[i] / unit;
+    most = perp__largest(at_unit, n);
+    if (!(most > 0.0) || !proves(s, at_unit, &work))
         return 0;
     for (int32_t i = 0; i < n && answer->v; i++)
-        answer->v[i] = -own[i] / most;
+        answer->v[i] = -at_unit[i] / most;
     s->work = work / most;
     answer->work = s->work * s->scale;
     return 1;

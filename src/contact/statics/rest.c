@@ -78,7 +78,7 @@ perp_status perp__contact_rest(perp_contact_solver *s)
     /* these impulses are judged as any others are, and the velocities are those that they mean */
     for (int32_t k = 0; k < s->contacts; k++)
         s->rest_modes[k] = s->r[s->starts[k]] > 0.0 ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
-    status = perp__contact_evaluate(s, s->rest_modes, &point.worth);
+    status = perp__contact_evaluate(s, s->rest_modes, &point.residuals);
     point.outcome = perp__contact_verdict(s, &point, s->said);
     if (status != PERP_OK || !perp__is_good(point.outcome))
         return status;

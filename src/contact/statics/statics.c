@@ -390,7 +390,7 @@ static double write_impulses(perp__statics *s, perp__statics_answer *answer)
     for (int32_t c = 0; c < s->cone_count; c++) {
         const perp__cone *cone = &s->cones[c];
         const perp__statics_unit *unit = &s->rows->unit[cone->unit];
-        double *own = r + unit->row, *t = own + cone->first;
+        double *at_unit = r + unit->row, *t = at_unit + cone->first;
         double z[3], room;
 
         perp__cone_place(s, cone, s->x, cone->h, z);
@@ -399,7 +399,7 @@ static double write_impulses(perp__statics *s, perp__statics_answer *answer)
         for (int32_t round = cone->dim > 1 && room <= 8.0 * DBL_EPSILON * z[0] ? 0 : 8; round < 8;
              round++) {
             if (perp__length2(t[0], cone->dim > 2 ? t[1] : 0.0) * (1.0 + 2.0 * DBL_EPSILON) <
-                perp__statics_share(unit, cone->first) * own[0])
+                perp__statics_share(unit, cone->first) * at_unit[0])
                 break;
             for (int32_t j = 0; j < cone->dim - 1; j++)
                 t[j] = nextafter(t[j], 0.0);
@@ -407,12 +407,12 @@ static double write_impulses(perp__statics *s, perp__statics_answer *answer)
     }
     for (int32_t u = 0; u < s->rows->units; u++) {
         const perp__statics_unit *unit = &s->rows->unit[u];
-        const double own = r[unit->row];
+        const double at_unit = r[unit->row];
 
         if (unit->kind != PERP__STATICS_INTERVAL || unit->rows == 0)
             continue;
-        r[unit->row] = fmin(fmax(own, unit->lower), unit->upper);
-        fine &= fabs(own - r[unit->row]) <= 4.0 * DBL_EPSILON * fabs(own);
+        r[unit->row] = fmin(fmax(at_unit, unit->lower), unit->upper);
+        fine &= fabs(at_unit - r[unit->row]) <= 4.0 * DBL_EPSILON * fabs(at_unit);
     }
     return fine ? least : -1.0;
 }

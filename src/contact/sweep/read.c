@@ -117,20 +117,20 @@ void perp__sweep_read(perp__sweep_work *work)
     for (int32_t k = 0; k < work->constraints; k++) {
         const int32_t contact = k < problem->contacts, rows = work->rows[k + 1] - work->rows[k];
         const int32_t both = contact ? perp__contact_two_sided(problem, k) : 0;
-        double own[PERP__ROWS_MOST * PERP__ROWS_MOST];
+        double block[PERP__ROWS_MOST * PERP__ROWS_MOST];
 
         /* 1. The local problem; of a contact that is solved by turns, its parts, too. */
-        read_diagonal(work, k, own);
-        perp__local_make(&work->local[k], contact && both == 0 ? problem->dims[k] : 1, own, rows,
+        read_diagonal(work, k, block);
+        perp__local_make(&work->local[k], contact && both == 0 ? problem->dims[k] : 1, block, rows,
                          contact ? problem->mu[k] : 0.0);
         if (contact && work->discs) {
             perp__contact_part parts[3];
             const int32_t count = perp__contact_parts(problem, k, parts);
 
-            memcpy(work->discs[k].W, own, (size_t)(rows * rows) * sizeof *own);
+            memcpy(work->discs[k].W, block, (size_t)(rows * rows) * sizeof *block);
             for (int32_t p = 1; p < count; p++)
                 perp__local_make_disc(&work->discs[k].part[p], parts[p].size,
-                                      own + (parts[p].row - work->rows[k]) * (rows + 1), rows);
+                                      block + (parts[p].row - work->rows[k]) * (rows + 1), rows);
             if (both > 0)
                 eliminate_normals(&work->discs[k], rows, both);
         }

@@ -27,7 +27,7 @@ static int32_t is_too_slow(perp__sweep_work *work, int64_t limit)
     const double before = work->looked[0];
     double sweeps;
 
-    if (!problem->leads || work->sweeps != work->next_look)
+    if (!problem->yields || work->sweeps != work->next_look)
         return 0;
     work->next_look *= 2;
     work->looked[0] = work->looked[1];

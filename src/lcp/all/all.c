@@ -55,7 +55,7 @@ void perp__lcp_all_report(perp__lcp_all *all, perp__answer *answer)
                             .places = answer->modes,
                             .vertices = answer->points,
                             .rays = answer->points + (size_t)answer->vertices * n};
-    perp__evaluation worth;
+    perp__evaluation residuals;
     double largest;
     int32_t said;
 
@@ -65,22 +65,22 @@ void perp__lcp_all_report(perp__lcp_all *all, perp__answer *answer)
      * taken. */
     perp__answer_find_middle(&all->answers, answer);
     largest = perp__largest(answer->middle, all->n);
-    worth = perp__lcp_all_evaluate(all, answer->pattern, answer->middle);
-    if (answer->dimension > 0 && !perp__lcp_all_is_solution(all, &worth, 0.0)) {
+    residuals = perp__lcp_all_evaluate(all, answer->pattern, answer->middle);
+    if (answer->dimension > 0 && !perp__lcp_all_is_solution(all, &residuals, 0.0)) {
         memcpy(answer->middle, answer->points, n * sizeof *answer->middle);
-        worth = perp__lcp_all_evaluate(all, answer->pattern, answer->middle);
+        residuals = perp__lcp_all_evaluate(all, answer->pattern, answer->middle);
     }
     to_caller(all->solver, answer);
     for (int32_t i = 0; i < all->n; i++)
         answer->modes[i] = answer->pattern[i];
-    if (!perp__lcp_all_is_solution(all, &worth, largest) ||
+    if (!perp__lcp_all_is_solution(all, &residuals, largest) ||
         !perp__all_finite(answer->points, entries)) {
         all->answers.incomplete = 1;
         return;
     }
     /* 2. What the caller says of it. */
     *(answer->dimension > 0 ? &all->result.families : &all->result.isolated) += 1;
-    found.residual = fmax(worth.tested, answer->residual);
+    found.residual = fmax(residuals.tested, answer->residual);
     said = all->visit ? all->visit(&found, all->user) : 0;
     if (said != 0) {
         all->silent = all->tree.ended = 1;

@@ -71,7 +71,8 @@ perp__evaluation perp__lcp_all_evaluate(perp__lcp_all *all, const int8_t *places
 
 /* The front door's test, but for rows that others hide: of such a point nobody knows. Points of a
  * family are not refined: `size` allows for their rounding. */
-int32_t perp__lcp_all_is_solution(perp__lcp_all *all, const perp__evaluation *worth, double size);
+int32_t perp__lcp_all_is_solution(perp__lcp_all *all, const perp__evaluation *residuals,
+                                  double size);
 
 /* Whether a family has an answer: of perp__answers. */
 int32_t perp__lcp_all_holds(void *user, perp__answer *outer, const perp__answer *inner);

@@ -33,17 +33,18 @@ perp__evaluation perp__lcp_all_evaluate(perp__lcp_all *all, const int8_t *places
     return perp__evaluate(solver);
 }
 
-int32_t perp__lcp_all_is_solution(perp__lcp_all *all, const perp__evaluation *worth, double size)
+int32_t perp__lcp_all_is_solution(perp__lcp_all *all, const perp__evaluation *residuals,
+                                  double size)
 {
-    const perp__evidence evidence = perp__lcp_evidence(all->solver, worth, fmax(1.0, size));
+    const perp__evidence evidence = perp__lcp_evidence(all->solver, residuals, fmax(1.0, size));
 
     return perp__is_good(perp__gate(&evidence, all->solver->settings.tol, -1));
 }
 
 /* In the search for the first solution: takes the point just evaluated if the gate does. */
-static void offer(perp__lcp_all *all, const perp__evaluation *worth)
+static void offer(perp__lcp_all *all, const perp__evaluation *residuals)
 {
-    all->found = perp__is_good(perp__lcp_judge(all->solver, worth, PERP_OUTCOME_STALLED));
+    all->found = perp__is_good(perp__lcp_outcome_of(all->solver, residuals, PERP_OUTCOME_STALLED));
     all->tree.ended |= all->found;
 }
 
@@ -84,22 +85,23 @@ static perp_status keep_point(perp__lcp_all *all, double residual)
 perp_status perp__lcp_all_point(perp__lcp_all *all)
 {
     perp_lcp_solver *solver = all->solver;
-    perp__evaluation worth = perp__lcp_all_evaluate(all, all->places, all->z);
+    perp__evaluation residuals = perp__lcp_all_evaluate(all, all->places, all->z);
     perp_status status = PERP_OK;
 
-    if (!isfinite(worth.tested)) {
+    if (!isfinite(residuals.tested)) {
         all->answers.incomplete = 1;
         return PERP_OK;
     }
     memcpy(solver->places, all->places, (size_t)all->n);
-    if (!(worth.backward <= 4.0 * DBL_EPSILON && worth.tested <= solver->settings.tol))
+    if (!(residuals.backward <= 4.0 * DBL_EPSILON && residuals.tested <= solver->settings.tol))
         status = perp__polish_run(
-            solver, &worth, perp__is_good(perp__lcp_judge(solver, &worth, PERP_OUTCOME_STALLED)));
+            solver, &residuals,
+            perp__is_good(perp__lcp_outcome_of(solver, &residuals, PERP_OUTCOME_STALLED)));
     if (status == PERP_OK && all->first)
-        offer(all, &worth);
-    if (status != PERP_OK || all->first || !perp__lcp_all_is_solution(all, &worth, 0.0))
+        offer(all, &residuals);
+    if (status != PERP_OK || all->first || !perp__lcp_all_is_solution(all, &residuals, 0.0))
         return status;
-    return keep_point(all, worth.tested);
+    return keep_point(all, residuals.tested);
 }
 
 /* ---- inclusion ----------------------------------------------------------------------------- */
@@ -212,17 +214,17 @@ static void check_points(perp__lcp_all *all, perp__answer *answer)
         const double *z = answer->points + (size_t)k * n;
         const double size = k < vertices ? 1.0 : perp__largest(z, all->n);
         const double reach = fmax(1.0, perp__largest(answer->points, all->n));
-        perp__evaluation worth;
+        perp__evaluation residuals;
 
         for (size_t i = 0; i < n; i++)
             all->z[i] = k < vertices ? z[i] : answer->points[i] + reach * (z[i] / size);
         if (k >= vertices && answer->vertices == 0)
             continue;
-        worth = perp__lcp_all_evaluate(all, all->places, all->z);
-        if (!perp__lcp_all_is_solution(all, &worth, perp__largest(all->z, all->n)))
+        residuals = perp__lcp_all_evaluate(all, all->places, all->z);
+        if (!perp__lcp_all_is_solution(all, &residuals, perp__largest(all->z, all->n)))
             continue;
         if (k < vertices)
-            answer->residual = fmax(answer->residual, worth.tested);
+            answer->residual = fmax(answer->residual, residuals.tested);
         *(k < vertices ? &answer->vertices : &answer->rays) += 1;
         for (size_t i = 0; i < n; i++)
             to[i] = z[i] / size;
@@ -290,11 +292,11 @@ perp_status perp__lcp_all_family(perp__lcp_all *all, const perp__tableau *level)
     /* In the search for the first solution the vertices are offered until one is taken. */
     for (int32_t k = 0; status == PERP_OK && all->first && k < p->cone.rays && !all->found; k++)
         if (perp__polyhedron_is_vertex(p, k)) {
-            perp__evaluation worth;
+            perp__evaluation residuals;
 
             perp__polyhedron_point(p, k, 1.0, all->z);
-            worth = perp__lcp_all_evaluate(all, all->places, all->z);
-            offer(all, &worth);
+            residuals = perp__lcp_all_evaluate(all, all->places, all->z);
+            offer(all, &residuals);
         }
     if (!answer)
         return status;

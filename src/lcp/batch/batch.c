@@ -99,7 +99,7 @@ static int32_t take_answer(batch_worker *worker, int64_t problem, int32_t lane)
     const batch *b = worker->batch;
     const perp__batch_group *g = &worker->group;
     const size_t n = (size_t)g->n, width = (size_t)g->width, at = (size_t)problem * n;
-    const perp__evidence evidence = {g->tested[lane], g->own[lane], INFINITY, 1};
+    const perp__evidence evidence = {g->tested[lane], g->own_residual[lane], INFINITY, 1};
     const perp_outcome outcome = perp__gate(&evidence, b->settings->tol, -1);
 
     if (!perp__is_good(outcome))
@@ -232,9 +232,9 @@ perp_status perp_lcp_batch(perp_context *context, double *z, double *w, int32_t 
                            int64_t count, int32_t n, const double *M, const double *q,
                            const double *lower, const double *upper)
 {
-    perp_lcp_settings own;
+    perp_lcp_settings copy;
     perp__arena arena = {0};
-    batch b = {.context = context, .settings = &own, .wants_w = w != NULL};
+    batch b = {.context = context, .settings = &copy, .wants_w = w != NULL};
     size_t bytes;
     perp_status status = perp__enter(context);
 
@@ -246,16 +246,16 @@ perp_status perp_lcp_batch(perp_context *context, double *z, double *w, int32_t 
     b.data.q = q;
     b.data.lower = lower;
     b.data.upper = upper;
-    status = perp__lcp_settings_read(context, &own, settings);
+    status = perp__lcp_settings_read(context, &copy, settings);
     PERP__THEN(status, check(context, &b, z, threads));
     if (status == PERP_OK) {
-        if (own.time_limit > 0.0)
-            b.deadline = perp__now() + own.time_limit;
-        own.time_limit = 0.0;
-        own.monitor = NULL;
-        b.data.scaling = own.scaling;
-        b.data.max_iterations = own.max_iterations;
-        if (own.method == PERP_LCP_AUTO && n > 0 && n <= PERP__SMALL_LENGTH)
+        if (copy.time_limit > 0.0)
+            b.deadline = perp__now() + copy.time_limit;
+        copy.time_limit = 0.0;
+        copy.monitor = NULL;
+        b.data.scaling = copy.scaling;
+        b.data.max_iterations = copy.max_iterations;
+        if (copy.method == PERP_LCP_AUTO && n > 0 && n <= PERP__SMALL_LENGTH)
             b.kernel = perp__batch_kernel_number(0);
         status = solve_all(&b, &arena, threads);
     }

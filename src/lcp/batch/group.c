@@ -33,7 +33,7 @@ void perp__batch_group_layout(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, row, &g->q, &g->lower, &g->upper, &g->z_unit, &g->w_unit, &g->size,
                   &g->norm, &g->active, &g->rest, &g->target, &g->change, &g->inverse, &g->z,
                   &g->high);
-    PERP__DOUBLES(arena, (size_t)g->width, &g->tested, &g->own);
+    PERP__DOUBLES(arena, (size_t)g->width, &g->tested, &g->own_residual);
 }
 
 /* Copies numbers, a stream a problem. */
@@ -124,8 +124,9 @@ void perp__batch_group_read(perp__batch_group *group, const perp__batch_data *da
         group->upper[i] = INFINITY;
     }
     for (size_t k = 0; k < width; k++) {
-        const int64_t own = first + (int64_t)k;
-        const size_t problem = (size_t)(own < data->count ? own : data->count - 1);
+        const int64_t own_residual = first + (int64_t)k;
+        const size_t problem =
+            (size_t)(own_residual < data->count ? own_residual : data->count - 1);
 
         M[k] = data->M + problem * n * n;
         q[k] = data->q + problem * n;

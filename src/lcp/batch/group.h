@@ -22,9 +22,9 @@ typedef struct perp__batch_group {
     double *inverse;         /* of LU's pivots */
     double *z, *high;        /* the point and w = M z + q, rounded from doubled precision */
     double *tested;          /* one vector: the tested residual, +inf where the kernel gave up */
-    double *own;             /* one vector: at least the own residual of every row; +inf where more
-                                must be looked at to say: numbers that are not finite or too large,
-                                a matrix that may fall into parts */
+    double *own_residual;    /* one vector: at least the own residual of every row; +inf where more
+                       must be looked at to say: numbers that are not finite or too large,
+                       a matrix that may fall into parts */
 } perp__batch_group;
 
 /* Solves the group by active sets (Kostreva 1978; Judice & Pires 1994), n and all inputs set. The

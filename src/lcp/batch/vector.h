@@ -252,7 +252,7 @@ static TARGET lanes NAME(measure)(const perp__batch_group *g)
     const size_t n = (size_t)g->n;
     const double *const M = g->M, *const q = g->q, *const active = g->active;
     const lanes half = spread(0.5), zero = spread(0.0);
-    lanes worst = zero, own = zero, sizes = zero;
+    lanes worst = zero, lack = zero, sizes = zero;
 
     NAME(multiply_doubled)(g);
     for (size_t i = 0; i < n; i++) {
@@ -268,11 +268,11 @@ static TARGET lanes NAME(measure)(const perp__batch_group *g)
         const lanes violation = pick(less(half, load(active + i * LANES)), absolute(w), residual);
 
         worst = larger(residual, worst);
-        own = larger(pick(less(zero, violation), divide(violation, multiply(terms, w_unit)), zero),
-                     own);
+        lack = larger(pick(less(zero, violation), divide(violation, multiply(terms, w_unit)), zero),
+                      lack);
         sizes = add(sizes, add(absolute(multiply(z, unit)), absolute(w)));
     }
-    store(g->own, pick(at_most(sizes, spread(PERP__BATCH_LARGE)), own, spread(INFINITY)));
+    store(g->own_residual, pick(at_most(sizes, spread(PERP__BATCH_LARGE)), lack, spread(INFINITY)));
     return worst;
 }
 
@@ -338,7 +338,7 @@ static TARGET void NAME(solve)(const perp__batch_group *g)
          i++) /* which lanes went through refine may change a zero's sign */
         store(g->z + i * LANES, add(load(g->z + i * LANES), spread(0.0)));
     store(g->tested, pick(less(spread(0.5), bad), spread(INFINITY), tested));
-    store(g->own, pick(NAME(is_one_part)(g), load(g->own), spread(INFINITY)));
+    store(g->own_residual, pick(NAME(is_one_part)(g), load(g->own_residual), spread(INFINITY)));
 }
 
 static const perp__batch_kernel NAME(kernel) = {LANES, NAME(solve)};

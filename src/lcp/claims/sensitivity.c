@@ -99,11 +99,11 @@ perp_status perp__lcp_check_verdict(perp_context *context, const char *name, con
 }
 
 /* Margin, verdict, and the row that decides. */
-static void judge(perp_lcp_sensitivity *s, perp_lcp_sensitivity_info *info,
-                  const perp__evaluation *worth)
+static void find_verdict(perp_lcp_sensitivity *s, perp_lcp_sensitivity_info *info,
+                         const perp__evaluation *residuals)
 {
     perp_lcp_solver *solver = s->solver;
-    const perp__evidence evidence = perp__lcp_evidence(solver, worth, 1.0);
+    const perp__evidence evidence = perp__lcp_evidence(solver, residuals, 1.0);
     const int32_t good = perp__is_good(perp__gate(&evidence, solver->settings.tol, -1));
     double largest = -1.0;
     int32_t least = -1, worst = -1;
@@ -139,7 +139,7 @@ static void judge(perp_lcp_sensitivity *s, perp_lcp_sensitivity_info *info,
  * PERP_ERROR_MEMORY. */
 static perp_status prepare(perp_lcp_sensitivity *s, perp_lcp_sensitivity_info *info)
 {
-    const perp__evaluation worth = perp__evaluate(s->solver);
+    const perp__evaluation residuals = perp__evaluate(s->solver);
     const int8_t *places = s->solver->places;
     int32_t count = 0;
     perp_status status;
@@ -160,7 +160,7 @@ static perp_status prepare(perp_lcp_sensitivity *s, perp_lcp_sensitivity_info *i
     }
     status = factor(s, &info->condition);
     if (status == PERP_OK)
-        judge(s, info, &worth);
+        find_verdict(s, info, &residuals);
     return status;
 }
 
@@ -195,7 +195,7 @@ perp_status perp_lcp_sensitivity_create(perp_context *context, perp_lcp_sensitiv
                                         const double *q, const double *lower, const double *upper,
                                         const double *z)
 {
-    perp_lcp_sensitivity_info own = {0};
+    perp_lcp_sensitivity_info copy = {0};
     perp_lcp_sensitivity *made = NULL;
     perp_status status = perp__enter(context);
 
@@ -219,11 +219,11 @@ perp_status perp_lcp_sensitivity_create(perp_context *context, perp_lcp_sensitiv
     if (status == PERP_OK) {
         perp__scale_problem(made->solver, q);
         perp__copy(made->solver->z, z, made->n);
-        status = prepare(made, &own);
+        status = prepare(made, &copy);
     }
     /* 2. The handle. */
     if (status == PERP_OK)
-        perp__struct_write(info, &own, sizeof own);
+        perp__struct_write(info, &copy, sizeof copy);
     if (made)
         PERP__HAND_OUT(status, made, sensitivity);
     return perp__leave(context, status);
@@ -246,7 +246,7 @@ static perp_status check_verdict(const perp_lcp_sensitivity *s)
 static perp_status forward(perp_lcp_sensitivity *s, double *dz, const double *dq,
                            const perp_matrix *dM, const double *dlower, const double *dupper)
 {
-    perp__matrix own;
+    perp__matrix copy;
     perp_status status = check_verdict(s);
 
     if (status == PERP_OK && s->n > 0)
@@ -255,7 +255,7 @@ static perp_status forward(perp_lcp_sensitivity *s, double *dz, const double *dq
     PERP__THEN(status, perp__check_finite(s->context, "dlower", dlower, (size_t)s->n));
     PERP__THEN(status, perp__check_finite(s->context, "dupper", dupper, (size_t)s->n));
     if (status == PERP_OK && dM)
-        status = perp__matrix_read_sized(s->context, "dM", &own, dM, s->n, s->n);
+        status = perp__matrix_read_sized(s->context, "dM", &copy, dM, s->n, s->n);
     if (status != PERP_OK || s->n == 0)
         return status;
     for (int32_t i = 0; i < s->n; i++) {
@@ -269,7 +269,7 @@ static perp_status forward(perp_lcp_sensitivity *s, double *dz, const double *dq
     for (int32_t i = 0; dq && i < s->n; i++)
         s->rhs[i] += dq[i];
     if (dM) {
-        perp__multiply(&own, s->solver->z, s->product);
+        perp__multiply(&copy, s->solver->z, s->product);
         for (int32_t i = 0; i < s->n; i++)
             s->rhs[i] += s->product[i];
     }

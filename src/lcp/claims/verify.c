@@ -259,7 +259,7 @@ static int32_t side_of(const perp__verify *v, int32_t i, double bound, double di
 }
 
 /* Compares the enclosure with bounds and signs; *index is the row that decides, or -1. */
-static int32_t judge(const perp__verify *v, int32_t *index)
+static int32_t find_verdict(const perp__verify *v, int32_t *index)
 {
     int32_t verdict = PERP_VERDICT_REGULAR;
 
@@ -318,7 +318,7 @@ static perp_status verify(perp__verify *v, double *radii, perp_lcp_proof *proof,
                           const perp_matrix *M, const double *q, const double *lower,
                           const double *upper)
 {
-    perp_lcp_proof own = {.verdict = PERP_VERDICT_SINGULAR, .index = -1};
+    perp_lcp_proof copy = {.verdict = PERP_VERDICT_SINGULAR, .index = -1};
     perp_status status = PERP__CHECK(perp_lcp_proof, v->context, proof);
 
     /* 1. What the caller gave: the problem goes into a solver of its own. */
@@ -336,20 +336,20 @@ static perp_status verify(perp__verify *v, double *radii, perp_lcp_proof *proof,
         perp__scale_problem(v->solver, q);
         v->M = perp__scale_matrix(v->solver, v->values);
         read_places(v);
-        status = enclose(v, &own.verdict);
+        status = enclose(v, &copy.verdict);
     }
-    if (status == PERP_OK && own.verdict == PERP_VERDICT_REGULAR)
-        own.verdict = judge(v, &own.index);
-    for (int32_t i = 0; i < v->n && status == PERP_OK && own.verdict == PERP_VERDICT_REGULAR; i++)
-        perp__raise_to(&own.radius, radius_of(v, i));
-    if (!isfinite(own.radius))
-        own.verdict = PERP_VERDICT_SINGULAR;
-    if (own.verdict != PERP_VERDICT_REGULAR)
-        own.radius = INFINITY;
+    if (status == PERP_OK && copy.verdict == PERP_VERDICT_REGULAR)
+        copy.verdict = find_verdict(v, &copy.index);
+    for (int32_t i = 0; i < v->n && status == PERP_OK && copy.verdict == PERP_VERDICT_REGULAR; i++)
+        perp__raise_to(&copy.radius, radius_of(v, i));
+    if (!isfinite(copy.radius))
+        copy.verdict = PERP_VERDICT_SINGULAR;
+    if (copy.verdict != PERP_VERDICT_REGULAR)
+        copy.radius = INFINITY;
     for (int32_t i = 0; i < v->n && status == PERP_OK && radii; i++)
-        radii[i] = own.verdict == PERP_VERDICT_REGULAR ? radius_of(v, i) : INFINITY;
+        radii[i] = copy.verdict == PERP_VERDICT_REGULAR ? radius_of(v, i) : INFINITY;
     if (status == PERP_OK)
-        perp__struct_write(proof, &own, sizeof own);
+        perp__struct_write(proof, &copy, sizeof copy);
     perp__dominance_release(&v->dominance);
     perp__arena_release(&v->dense_arena);
     perp__arena_release(&v->arena);

@@ -78,7 +78,7 @@ static perp_status begin(perp__newton *f)
         return PERP_OK;
     if (f->best_residual <= f->target)
         f->outcome = PERP_OUTCOME_SOLVED;
-    else if (s->brief && s->failures > 0)
+    else if (s->quick && s->failures > 0)
         f->outcome = PERP_OUTCOME_STALLED;
     else if (f->iterations >= f->limit)
         f->outcome = PERP_OUTCOME_ITERATION_LIMIT;
@@ -86,9 +86,9 @@ static perp_status begin(perp__newton *f)
 }
 
 /* One step of either kind. */
-static perp_status step(perp__newton *f, void *own)
+static perp_status step(perp__newton *f, void *user)
 {
-    perp__fischer_state *s = own;
+    perp__fischer_state *s = user;
     perp_status moved = 0;
 
     perp__newton_follow_path(f);
@@ -126,7 +126,7 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
     f->least = first->path ? LAST : 0.0;
     s->by_sets = first->by_sets;
     /* what the active sets of an unsymmetric S miss at first is left to the path */
-    s->brief = iterate->attempt == 0 && !p->block->is_symmetric;
+    s->quick = iterate->attempt == 0 && !p->block->is_symmetric;
     s->has_places = s->watched = s->failures = 0;
     s->rho = 0.0;
     /* 1. Where Newton's method begins: a guess at which bounds are active, safe for any S since

@@ -10,7 +10,7 @@ typedef struct perp__fischer_state {
     perp__lcp_work common;
     perp__newton newton;
     int32_t by_sets;              /* tries active-set steps */
-    int32_t brief;                /* and ends where they fail */
+    int32_t quick;                /* and ends where they fail */
     int32_t *active;              /* the rows of the last system, finite weights */
     double *weights;              /* n, of that system */
     int8_t *places, *next_places; /* the index set to solve for, and the one after it */

@@ -64,7 +64,7 @@ perp_status perp__newton_set_point(perp__newton *f)
     return status;
 }
 
-void perp__newton_judge_trial(perp__newton *f)
+void perp__newton_check_trial(perp__newton *f)
 {
     f->trial_psi = merit(f, f->trial_z, f->trial_w, f->trial_phi);
 }
@@ -161,7 +161,7 @@ perp_status perp__newton_search(perp__newton *f, double reference, double slope,
             return status;
         if (status > 0 || (gradient && !(promised < 0.0)))
             continue;
-        perp__newton_judge_trial(f);
+        perp__newton_check_trial(f);
         if (f->trial_psi <= reference + PERP__ARMIJO * promised) {
             perp__newton_take_trial(f);
             return 1;
@@ -210,7 +210,7 @@ perp_status perp__newton_descend(perp__newton *f)
     return perp__newton_search(f, f->psi, 0.0, f->gradient, PERP__GRADIENT_HALVINGS);
 }
 
-perp_status perp__newton_iterate(perp__newton *f, perp__newton_step step, void *own)
+perp_status perp__newton_iterate(perp__newton *f, perp__newton_step step, void *user)
 {
     double residual = INFINITY, psi = INFINITY; /* when one of them had last fallen by a quarter */
     int64_t since = 0;
@@ -222,7 +222,7 @@ perp_status perp__newton_iterate(perp__newton *f, perp__newton_step step, void *
         status = f->problem->begin(f);
         if (status != PERP_OK || f->outcome >= 0)
             return status;
-        status = step(f, own);
+        status = step(f, user);
         if (f->best_residual < 0.75 * residual || f->psi < 0.75 * psi) {
             residual = f->best_residual;
             psi = f->psi;

@@ -91,7 +91,7 @@ void perp__newton_appraise(perp__newton *run);
 perp_status perp__newton_set_point(perp__newton *run);
 
 /* trial_psi := Psi of the trial point, whose w is there; goes there. */
-void perp__newton_judge_trial(perp__newton *run);
+void perp__newton_check_trial(perp__newton *run);
 void perp__newton_take_trial(perp__newton *run);
 
 /* The equation is Phi_mu = 0 from here on, and what the line search looks back on is its Psi. */
@@ -114,11 +114,11 @@ perp_status perp__newton_search(perp__newton *run, double reference, double slop
 
 /* A step returns 1 if it moved, 0 if not, or an error: by Newton's direction; down the gradient,
  * where all else fails. */
-typedef perp_status (*perp__newton_step)(perp__newton *run, void *own);
+typedef perp_status (*perp__newton_step)(perp__newton *run, void *user);
 perp_status perp__newton_by_direction(perp__newton *run);
 perp_status perp__newton_descend(perp__newton *run);
 
 /* Steps from where the run stands to run->outcome. PERP_OK, or an error. */
-perp_status perp__newton_iterate(perp__newton *run, perp__newton_step step, void *own);
+perp_status perp__newton_iterate(perp__newton *run, perp__newton_step step, void *user);
 
 #endif

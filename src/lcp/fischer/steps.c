@@ -92,7 +92,7 @@ static perp_status try_places(perp__fischer_state *s, double rho)
         f->trial_z[i] = perp__clamp(z, lower[i], upper[i]);
     }
     perp__lcp_affine(s->common.problem, f->trial_z, f->trial_w);
-    perp__newton_judge_trial(f);
+    perp__newton_check_trial(f);
     return PERP_OK;
 }
 

@@ -51,10 +51,10 @@ TARGET static double NAME(reach)(const perp__lemke_rows *rows, double *far, doub
         reach = smaller(pick(moves, divide(add(far_i, slack), size), infinity), reach);
     }
     if (rows->always >= 0 && !(fabs(rows->column[rows->always]) <= rows->noise * largest)) {
-        const double own =
+        const double entry =
             NAME(reach_of)(rows, rows->always, far + rows->always, speed + rows->always);
 
-        reach = smaller(spread(own), reach);
+        reach = smaller(spread(entry), reach);
     }
     return smallest_of(reach);
 }

@@ -321,7 +321,7 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
 
     if (iterate->attempt == 0) { /* later ones go on after a pause */
         progress->best = progress->best_before = progress->looked = INFINITY;
-        progress->next_look = problem->leads;
+        progress->next_look = problem->yields;
         progress->window =
             2 * (int64_t)problem->n > PERP__STAGNATION ? 2 * (int64_t)problem->n : PERP__STAGNATION;
         memcpy(work->best, iterate->z, bytes);
@@ -341,7 +341,7 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
         int32_t count = advance(work, limit, residuals);
 
         outcome = look_at(work, residuals, count);
-        if (outcome < 0 && problem->leads &&
+        if (outcome < 0 && problem->yields &&
             is_too_slow(progress, problem->tol, work->sweeps, limit))
             break;
         if (problem->settings->polish && work->sweeps / SWEEPS_BETWEEN_LOOKS != look)
@@ -351,7 +351,7 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
         work->next_pause = 4 * work->sweeps;
     iterate->outcome = outcome < 0 ? PERP_OUTCOME_ITERATION_LIMIT : outcome;
     iterate->far_off =
-        problem->leads && !iterate->paused && iterate->outcome != PERP_OUTCOME_SOLVED;
+        problem->yields && !iterate->paused && iterate->outcome != PERP_OUTCOME_SOLVED;
     iterate->iterations = work->sweeps;
     memcpy(iterate->z,
            work->residual <= fmin(work->remembered, DBL_MAX) ? work->sweeper.z : work->best, bytes);

@@ -247,9 +247,9 @@ void perp__rows_read(perp__rows *rows, const perp__lcp_problem *problem, const d
         rows->blocks[b].reach = b;
     for (int32_t i = 0; i < rows->n; i++)
         for (int32_t p = rows->row_starts[i]; p < rows->row_starts[i + 1]; p++) {
-            const int32_t own = i / PERP__BLOCK_ROWS,
+            const int32_t here = i / PERP__BLOCK_ROWS,
                           other = rows->row_columns[p] / PERP__BLOCK_ROWS;
-            const int32_t least = own < other ? own : other, most = own < other ? other : own;
+            const int32_t least = here < other ? here : other, most = here < other ? other : here;
 
             if (rows->blocks[least].reach < most)
                 rows->blocks[least].reach = most;

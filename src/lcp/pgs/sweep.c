@@ -130,15 +130,16 @@ PERP__KERNEL static double recur(const perp__rows *rows, const perp__slice *slic
 
 /* sum := (1 - omega) z - load - the neighbours and contiguous slots. `own` is z at the slice. */
 PERP__KERNEL static void add_contiguous(const perp__sweeper *sweeper, const perp__slice *slice,
-                                        const double *own, double *old, double *sum,
+                                        const double *limits, double *old, double *sum,
                                         int32_t backward)
 {
     const double *restrict values = sweeper->rows.values + slice->values;
     const int32_t *restrict columns = sweeper->rows.columns + slice->columns;
     const double *settled = backward ? slice->before : slice->after;
-    const double *aside = backward ? own - 1 : own + 1;
+    const double *aside = backward ? limits - 1 : limits + 1;
     const perp__lanes kept = PERP__SAME_LANES(sweeper->keep);
-    const perp__lanes z_low = PERP__CONST_LANES_AT(own), z_high = PERP__CONST_LANES_AT(own + 4);
+    const perp__lanes z_low = PERP__CONST_LANES_AT(limits),
+                      z_high = PERP__CONST_LANES_AT(limits + 4);
     perp__lanes low = kept * z_low - PERP__CONST_LANES_AT(slice->load) -
                       PERP__CONST_LANES_AT(settled) * PERP__CONST_LANES_AT(aside);
     perp__lanes high = kept * z_high - PERP__CONST_LANES_AT(slice->load + 4) -

@@ -131,39 +131,39 @@ perp_status perp__klu_with_room(perp_context *context, perp__factor **factor, in
 
 /* ---- factorisations kept from set-up to set-up ---- */
 
-perp_status perp__kept_factor_analyse(perp__kept_factor *kept, perp_context *context,
-                                      const perp__square *A)
+perp_status perp__cached_factor_analyse(perp__cached_factor *cached, perp_context *context,
+                                        const perp__square *A)
 {
     const size_t starts = (size_t)A->n + 1, entries = (size_t)A->column_starts[A->n];
     perp_status status;
 
-    if (kept->factor && kept->n == A->n &&
-        !memcmp(kept->pattern, A->column_starts, starts * sizeof(int32_t)) &&
-        !memcmp(kept->pattern + starts, A->row_indices, entries * sizeof(int32_t)))
+    if (cached->factor && cached->n == A->n &&
+        !memcmp(cached->pattern, A->column_starts, starts * sizeof(int32_t)) &&
+        !memcmp(cached->pattern + starts, A->row_indices, entries * sizeof(int32_t)))
         return PERP_OK;
-    perp__kept_factor_release(kept);
-    kept->context = context;
-    kept->n = A->n;
-    status = perp__klu_analyse(context, &kept->factor, A);
+    perp__cached_factor_release(cached);
+    cached->context = context;
+    cached->n = A->n;
+    status = perp__klu_analyse(context, &cached->factor, A);
     if (status == PERP_OK) {
-        kept->pattern = perp__allocate(context, starts + entries, sizeof(int32_t));
-        if (kept->pattern) {
-            memcpy(kept->pattern, A->column_starts, starts * sizeof(int32_t));
-            memcpy(kept->pattern + starts, A->row_indices, entries * sizeof(int32_t));
+        cached->pattern = perp__allocate(context, starts + entries, sizeof(int32_t));
+        if (cached->pattern) {
+            memcpy(cached->pattern, A->column_starts, starts * sizeof(int32_t));
+            memcpy(cached->pattern + starts, A->row_indices, entries * sizeof(int32_t));
         } else {
             status = perp__fail_memory(context, "a sparse pattern");
         }
     }
     if (status != PERP_OK)
-        perp__kept_factor_release(kept);
+        perp__cached_factor_release(cached);
     return status;
 }
 
-void perp__kept_factor_release(perp__kept_factor *kept)
+void perp__cached_factor_release(perp__cached_factor *cached)
 {
-    perp__klu_destroy(kept->factor);
-    kept->factor = NULL;
-    if (kept->pattern)
-        perp__release(kept->context, kept->pattern);
-    kept->pattern = NULL;
+    perp__klu_destroy(cached->factor);
+    cached->factor = NULL;
+    if (cached->pattern)
+        perp__release(cached->context, cached->pattern);
+    cached->pattern = NULL;
 }

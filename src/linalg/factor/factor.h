@@ -65,18 +65,18 @@ double perp__reciprocal_condition(int32_t n, double norm, double *work, perp__so
  * pattern ---- */
 
 /* All zero at first. */
-typedef struct perp__kept_factor {
+typedef struct perp__cached_factor {
     perp_context *context;
     perp__factor *factor; /* NULL: nothing analysed */
     int32_t n;
     int32_t *pattern; /* column starts and row indices that were analysed */
-} perp__kept_factor;
+} perp__cached_factor;
 
 /* Analyses A's pattern unless it is the one analysed already. PERP_OK or PERP_ERROR_MEMORY, and
  * then nothing is kept. */
-perp_status perp__kept_factor_analyse(perp__kept_factor *kept, perp_context *context,
-                                      const perp__square *A);
+perp_status perp__cached_factor_analyse(perp__cached_factor *cached, perp_context *context,
+                                        const perp__square *A);
 
-void perp__kept_factor_release(perp__kept_factor *kept);
+void perp__cached_factor_release(perp__cached_factor *cached);
 
 #endif

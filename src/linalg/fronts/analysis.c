@@ -38,14 +38,15 @@ static void layout_values(perp__arena *arena, void *object)
 
     for (int32_t t = 0; t < f->count; t++) {
         perp__front *front = &f->fronts[t];
-        const size_t own = (size_t)front->count, rest = (size_t)front->rest;
-        const size_t across = own * rest * square;
+        const size_t pivots = (size_t)front->count, rest = (size_t)front->rest;
+        const size_t across = pivots * rest * square;
 
-        front->panel = perp__arena_take(arena, (own + rest) * own * square, sizeof(double));
+        front->panel = perp__arena_take(arena, (pivots + rest) * pivots * square, sizeof(double));
         front->across = perp__arena_take(arena, f->is_symmetric ? 0 : across, sizeof(double));
-        front->pivots = perp__arena_take(arena, f->is_symmetric ? 0 : own * width, sizeof(int32_t));
+        front->pivots =
+            perp__arena_take(arena, f->is_symmetric ? 0 : pivots * width, sizeof(int32_t));
         most = across > most ? across : most;
-        if (own * width > PERP__FRONT_PANEL && most < PERP__FRONT_PANEL * PERP__FRONT_STRIP)
+        if (pivots * width > PERP__FRONT_PANEL && most < PERP__FRONT_PANEL * PERP__FRONT_STRIP)
             most = PERP__FRONT_PANEL * PERP__FRONT_STRIP;
         others += rest;
     }
@@ -158,11 +159,11 @@ static void find_fronts(perp__fronts *f)
         f->fronts[f->count++].rest = f->column_starts[j + 1] - f->column_starts[j];
         while (f->count > 1) {
             perp__front *b = &f->fronts[f->count - 1], *a = b - 1;
-            const double own = a->count, more = b->count, rest = b->rest;
+            const double pivots = a->count, more = b->count, rest = b->rest;
             const int32_t both = a->count + b->count;
             const double share = 1.0 / sqrt(both);
-            const double zeros = a->entry + b->entry + own * (more + rest - (double)a->rest);
-            const double kept = own * (own + 1.0) / 2.0 + own * (double)a->rest +
+            const double zeros = a->entry + b->entry + pivots * (more + rest - (double)a->rest);
+            const double kept = pivots * (pivots + 1.0) / 2.0 + pivots * (double)a->rest +
                                 more * (more + 1.0) / 2.0 + more * rest;
 
             if (f->parent[a->first + a->count - 1] != b->first ||
@@ -182,11 +183,11 @@ static void place_in_parent(const perp__fronts *f, perp__front *front)
     const perp__front *parent = front->rest > 0 ? &f->fronts[front->parent] : NULL;
 
     for (int32_t i = 0, k = 0; i < front->rest; i++) {
-        const int32_t place = front->others[i], own = place - parent->first;
+        const int32_t place = front->others[i], pivots = place - parent->first;
 
-        while (own >= parent->count && parent->others[k] < place)
+        while (pivots >= parent->count && parent->others[k] < place)
             k++;
-        front->in_parent[i] = own < parent->count ? own : parent->count + k;
+        front->in_parent[i] = pivots < parent->count ? pivots : parent->count + k;
     }
 }
 

@@ -22,7 +22,7 @@ PERP__KERNEL static void add_block(int32_t width, const double *from, size_t fro
 typedef struct front_view {
     const perp__front *front;
     double *left;
-    size_t height, own, rest; /* all, own and other unknowns */
+    size_t height, pivots, rest; /* all, own and other unknowns */
 } front_view;
 
 /* Where a block of the front is; *apart: its columns. */
@@ -36,9 +36,9 @@ static double *block_at(const front_view *v, int32_t width, int32_t row, int32_t
         *apart = v->height;
         return front->panel + j * v->height + i;
     }
-    *apart = row < front->count ? v->own : v->rest;
-    return row < front->count ? front->across + (j - v->own) * v->own + i
-                              : v->left + (j - v->own) * v->rest + i - v->own;
+    *apart = row < front->count ? v->pivots : v->rest;
+    return row < front->count ? front->across + (j - v->pivots) * v->pivots + i
+                              : v->left + (j - v->pivots) * v->rest + i - v->pivots;
 }
 
 PERP__KERNEL static void add_entries(int32_t width, const perp__fronts *f, const front_view *v)
@@ -104,7 +104,7 @@ static int32_t is_negative(const front_view *v)
 {
     int32_t negative = 0;
 
-    for (int32_t i = 0; i < (int32_t)v->own; i++)
+    for (int32_t i = 0; i < (int32_t)v->pivots; i++)
         negative ^=
             (v->front->panel[(size_t)i * (v->height + 1)] < 0.0) ^ (v->front->pivots[i] != i + 1);
     return negative;
@@ -113,19 +113,19 @@ static int32_t is_negative(const front_view *v)
 static int32_t eliminate_symmetric(const front_view *v, double deadline)
 {
     const perp__front *front = v->front;
-    const int32_t own = (int32_t)v->own, rest = (int32_t)v->rest, height = (int32_t)v->height;
+    const int32_t pivots = (int32_t)v->pivots, rest = (int32_t)v->rest, height = (int32_t)v->height;
     int32_t fine = 1;
 
     /* 1. L of the own columns; what follows a panel is brought up to date, with the panel's rows
      * as columns in `across`. */
-    for (int32_t c = 0; c < own && fine; c += PERP__FRONT_PANEL) {
-        const int32_t width = own - c < PERP__FRONT_PANEL ? own - c : PERP__FRONT_PANEL,
+    for (int32_t c = 0; c < pivots && fine; c += PERP__FRONT_PANEL) {
+        const int32_t width = pivots - c < PERP__FRONT_PANEL ? pivots - c : PERP__FRONT_PANEL,
                       end = c + width;
         double *panel = front->panel + (size_t)c * (v->height + 1);
 
         fine = !perp__cholesky_panel(height - c, width, panel, height);
-        for (int32_t j = end; j < own && fine; j += PERP__FRONT_STRIP) {
-            const int32_t few = own - j < PERP__FRONT_STRIP ? own - j : PERP__FRONT_STRIP;
+        for (int32_t j = end; j < pivots && fine; j += PERP__FRONT_STRIP) {
+            const int32_t few = pivots - j < PERP__FRONT_STRIP ? pivots - j : PERP__FRONT_STRIP;
 
             for (int32_t i = 0; i < few; i++)
                 for (int32_t k = 0; k < width; k++)
@@ -138,12 +138,13 @@ static int32_t eliminate_symmetric(const front_view *v, double deadline)
     }
     /* 2. What is left to the others. */
     for (size_t j = 0; j < v->rest && fine; j++)
-        for (size_t k = 0; k < v->own; k++)
-            front->across[k + j * v->own] = front->panel[v->own + j + k * v->height];
-    for (int32_t j = 0; j < rest && own > 0 && fine; j += PERP__FRONT_STRIP) {
+        for (size_t k = 0; k < v->pivots; k++)
+            front->across[k + j * v->pivots] = front->panel[v->pivots + j + k * v->height];
+    for (int32_t j = 0; j < rest && pivots > 0 && fine; j += PERP__FRONT_STRIP) {
         perp__gemm_subtract(rest - j, rest - j < PERP__FRONT_STRIP ? rest - j : PERP__FRONT_STRIP,
-                            own, front->panel + own + j, height, front->across + (size_t)j * v->own,
-                            own, v->left + (size_t)j * (v->rest + 1), rest);
+                            pivots, front->panel + pivots + j, height,
+                            front->across + (size_t)j * v->pivots, pivots,
+                            v->left + (size_t)j * (v->rest + 1), rest);
         fine = !perp__is_past(deadline);
     }
     return fine;
@@ -152,18 +153,19 @@ static int32_t eliminate_symmetric(const front_view *v, double deadline)
 static int32_t eliminate(const front_view *v)
 {
     const perp__front *front = v->front;
-    const int32_t own = (int32_t)v->own, rest = (int32_t)v->rest, height = (int32_t)v->height;
+    const int32_t pivots = (int32_t)v->pivots, rest = (int32_t)v->rest, height = (int32_t)v->height;
 
-    if (perp__lu_factor(own, front->panel, height, front->pivots))
+    if (perp__lu_factor(pivots, front->panel, height, front->pivots))
         return 0;
-    for (int32_t i = 0; i < own; i++)
+    for (int32_t i = 0; i < pivots; i++)
         if (!isfinite(front->panel[(size_t)i * (v->height + 1)]))
             return 0;
     if (rest == 0)
         return 1;
-    perp__lu_solve_columns(own, rest, front->panel, height, front->pivots, front->across, own, 0);
-    perp__gemm_subtract(rest, rest, own, front->panel + own, height, front->across, own, v->left,
-                        rest);
+    perp__lu_solve_columns(pivots, rest, front->panel, height, front->pivots, front->across, pivots,
+                           0);
+    perp__gemm_subtract(rest, rest, pivots, front->panel + pivots, height, front->across, pivots,
+                        v->left, rest);
     return 1;
 }
 
@@ -179,9 +181,9 @@ int32_t perp__fronts_factor(perp__fronts *f, int32_t first, int32_t end)
         const perp__front *front = &f->fronts[t];
         front_view v = {front, top, 0, (size_t)front->count * width, (size_t)front->rest * width};
 
-        v.height = v.own + v.rest;
-        clear(front->panel, v.height * v.own);
-        clear(front->across, f->is_symmetric ? 0 : v.own * v.rest);
+        v.height = v.pivots + v.rest;
+        clear(front->panel, v.height * v.pivots);
+        clear(front->across, f->is_symmetric ? 0 : v.pivots * v.rest);
         clear(v.left, v.rest * v.rest);
         sum_up(f, &v, NULL, NULL);
         while (depth > 0 && f->fronts[f->work[depth - 1]].parent == t) {
@@ -215,19 +217,19 @@ void perp__fronts_solve(perp__fronts *f, int32_t first, int32_t end, double *x)
     /* 1. Forward: what a front owes to others goes on to them. */
     for (int32_t t = begin; t <= last; t++) {
         const perp__front *front = &f->fronts[t];
-        const int32_t own = front->count * width, rest = front->rest * width;
+        const int32_t pivots = front->count * width, rest = front->rest * width;
         double *y = f->right + front->first * width;
 
-        if (own == 0)
+        if (pivots == 0)
             continue;
         if (f->is_symmetric)
-            perp__cholesky_half_solve(own, front->panel, own + rest, y, 0);
+            perp__cholesky_half_solve(pivots, front->panel, pivots + rest, y, 0);
         else
-            perp__lu_solve(own, front->panel, own + rest, front->pivots, y, 0);
+            perp__lu_solve(pivots, front->panel, pivots + rest, front->pivots, y, 0);
         if (rest == 0)
             continue;
         clear(f->gathered, (size_t)rest);
-        perp__gemv_subtract(rest, own, front->panel + own, own + rest, y, f->gathered);
+        perp__gemv_subtract(rest, pivots, front->panel + pivots, pivots + rest, y, f->gathered);
         for (int32_t i = 0; i < front->rest; i++)
             for (int32_t c = 0; c < width; c++)
                 f->right[front->others[i] * width + c] += f->gathered[i * width + c];
@@ -235,19 +237,19 @@ void perp__fronts_solve(perp__fronts *f, int32_t first, int32_t end, double *x)
     /* 2. Backward: with what others came to. */
     for (int32_t t = last; t >= begin; t--) {
         const perp__front *front = &f->fronts[t];
-        const int32_t own = front->count * width, rest = front->rest * width;
+        const int32_t pivots = front->count * width, rest = front->rest * width;
         double *y = f->right + front->first * width;
 
-        for (int32_t i = 0; i < front->rest && own > 0; i++)
+        for (int32_t i = 0; i < front->rest && pivots > 0; i++)
             for (int32_t c = 0; c < width; c++)
                 f->gathered[i * width + c] = f->right[front->others[i] * width + c];
-        if (own > 0 && rest > 0 && f->is_symmetric)
-            perp__gemv_transposed_subtract(rest, own, front->panel + own, own + rest, f->gathered,
-                                           y);
-        else if (own > 0 && rest > 0)
-            perp__gemv_subtract(own, rest, front->across, own, f->gathered, y);
-        if (own > 0 && f->is_symmetric)
-            perp__cholesky_half_solve(own, front->panel, own + rest, y, 1);
+        if (pivots > 0 && rest > 0 && f->is_symmetric)
+            perp__gemv_transposed_subtract(rest, pivots, front->panel + pivots, pivots + rest,
+                                           f->gathered, y);
+        else if (pivots > 0 && rest > 0)
+            perp__gemv_subtract(pivots, rest, front->across, pivots, f->gathered, y);
+        if (pivots > 0 && f->is_symmetric)
+            perp__cholesky_half_solve(pivots, front->panel, pivots + rest, y, 1);
     }
     for (int32_t i = first; i < end; i++)
         for (int32_t c = 0; c < width; c++)

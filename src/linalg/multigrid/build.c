@@ -218,7 +218,7 @@ static void fill_prolongation(perp__level *fine, const double *coarse_null, doub
         marks[a] = -1;
     fine->p_starts[0] = 0;
     for (int32_t i = 0; i < fine->n; i++) {
-        const int32_t start = fine->p_starts[i], own = fine->aggregate[i];
+        const int32_t start = fine->p_starts[i], copy = fine->aggregate[i];
         const double diagonal = 1.0 / fine->inverse_diagonal[i];
         double weak = 0.0, damping;
         int32_t end = start;
@@ -227,9 +227,9 @@ static void fill_prolongation(perp__level *fine, const double *coarse_null, doub
             if (fine->rows[k] != i && !is_coupled(fine, threshold, i, k))
                 weak += fine->values[k] * t[fine->rows[k]];
         damping = PERP__DAMPING / fmax(diagonal + weak / t[i], 0.1 * diagonal);
-        if (own >= 0)
-            *value_of(fine, own, start, &end, marks) =
-                (1.0 - PERP__DAMPING) * t[i] / coarse_null[own];
+        if (copy >= 0)
+            *value_of(fine, copy, start, &end, marks) =
+                (1.0 - PERP__DAMPING) * t[i] / coarse_null[copy];
         for (int32_t k = fine->starts[i]; k < fine->starts[i + 1]; k++) {
             const int32_t j = fine->rows[k], a = fine->aggregate[j];
 

@@ -67,7 +67,7 @@ perp_status perp__acceleration_open(perp_mechanism *m)
         a->answers.length = m->rows;
         a->answers.positions = m->contacts + m->dry;
         a->answers.eigenvalues = 4 * m->rows;
-        a->answers.own = m->n + m->rows + (2 + PERP__MOST_NORMALS) * (m->contacts + m->dry);
+        a->answers.extra = m->n + m->rows + (2 + PERP__MOST_NORMALS) * (m->contacts + m->dry);
         a->answers.holds = perp__acceleration_holds;
         a->answers.user = a;
         a->polyhedron.rounding = a->polyhedron.row_rounding = PERP__NOTHING;
@@ -83,21 +83,21 @@ perp_status perp_mechanism_accelerations(perp_mechanism *mechanism, perp_mechani
                                          double t, const double *q, const double *v)
 {
     perp_mechanism *m = mechanism;
-    perp_mechanism_summary own;
+    perp_mechanism_summary copy;
     int32_t impact;
     perp_status status = perp__mechanism_enter(m);
 
     if (status != PERP_OK)
         return status;
-    perp_mechanism_summary_init(&own, sizeof own);
+    perp_mechanism_summary_init(&copy, sizeof copy);
     status = PERP__CHECK(perp_mechanism_summary, m->context, summary);
     PERP__THEN(status, perp__mechanism_check_state(m, t, q, v));
     PERP__THEN(status, perp__acceleration_open(m));
     PERP__THEN(status, perp__acceleration_state(m->accelerations, &impact, t, q, v));
-    PERP__THEN(status, perp__acceleration_look(m->accelerations, &own, impact));
+    PERP__THEN(status, perp__acceleration_look(m->accelerations, &copy, impact));
     if (status == PERP_OK) {
         m->accelerations->asked = 1;
-        perp__struct_write(summary, &own, sizeof own);
+        perp__struct_write(summary, &copy, sizeof copy);
     }
     return perp__leave(m->context, status);
 }
@@ -121,7 +121,7 @@ perp_status perp_mechanism_get_acceleration(perp_mechanism *mechanism, perp_mech
                               (int)a->answers.count);
     if (status == PERP_OK) {
         const perp__answer *answer = perp__answers_get(&a->answers, index);
-        const perp_mechanism_found own = {
+        const perp_mechanism_found copy = {
             .stable = answer->stable,
             .flutter = answer->flutter,
             .at_vertex = answer->at_vertex,
@@ -130,7 +130,7 @@ perp_status perp_mechanism_get_acceleration(perp_mechanism *mechanism, perp_mech
             .vertex_count = answer->vertices,
             .ray_count = answer->rays,
             .residual = answer->residual,
-            .acceleration = answer->own,
+            .acceleration = answer->extra,
             .force = answer->middle,
             .row_acceleration = perp__answer_row_acceleration(a, answer),
             .modes = answer->modes,
@@ -139,7 +139,7 @@ perp_status perp_mechanism_get_acceleration(perp_mechanism *mechanism, perp_mech
             .vertices = answer->points,
             .rays = answer->points + (size_t)answer->vertices * (size_t)m->rows};
 
-        perp__struct_write(found, &own, sizeof own);
+        perp__struct_write(found, &copy, sizeof copy);
     }
     return perp__leave(m->context, status);
 }

@@ -82,13 +82,13 @@ struct perp__acceleration {
 static inline double *perp__answer_row_acceleration(const perp__acceleration *a,
                                                     const perp__answer *answer)
 {
-    return answer->own + a->m->n;
+    return answer->extra + a->m->n;
 }
 
 static inline perp__mode_pattern perp__answer_pattern(const perp__acceleration *a,
                                                       const perp__answer *answer)
 {
-    double *direction = answer->own + a->m->n + a->m->rows;
+    double *direction = answer->extra + a->m->n + a->m->rows;
     const perp__mode_pattern pattern = {answer->pattern, direction,
                                         direction + 2 * (size_t)(a->m->contacts + a->m->dry)};
 

@@ -246,7 +246,7 @@ static perp_status leaf(void *user)
 static int32_t is_before(const void *user, const perp__answer *one, const perp__answer *other)
 {
     const perp__acceleration *a = user;
-    const double *x = one->own, *y = other->own;
+    const double *x = one->extra, *y = other->extra;
 
     if (one->kind != other->kind)
         return one->kind < other->kind;

@@ -123,7 +123,7 @@ static double row_residual(const perp__acceleration *a, const perp__answer *answ
 {
     const perp_mechanism *m = a->m;
     const int32_t row = a->row_of[r];
-    const double sum = perp__row_times(m, &m->begin, row, a->bias[row], answer->own);
+    const double sum = perp__row_times(m, &m->begin, row, a->bias[row], answer->extra);
     double size = a->load[r];
 
     for (size_t k = 0; k < (size_t)a->active; k++)
@@ -169,7 +169,7 @@ static void describe(perp__acceleration *a, perp__answer *answer)
     perp__terms terms = m->begin;
     const perp__velocity_problem problem = {
         .terms = &terms, .momentum = terms.k, .shift = a->zeros};
-    perp__motion held = {.v = answer->own,
+    perp__motion held = {.v = answer->extra,
                          .r = answer->middle,
                          .u = perp__answer_row_acceleration(a, answer),
                          .holds = m->second.holds};
@@ -270,8 +270,8 @@ static void keep(perp__acceleration *a, perp__answer *answer)
     perp__evidence evidence = {0.0, 0.0, INFINITY, 0};
 
     describe(a, answer);
-    evidence.tested = evidence.own = answer->residual;
-    evidence.sound = perp__all_finite(answer->own, (size_t)a->m->n) &&
+    evidence.tested = evidence.own_residual = answer->residual;
+    evidence.sound = perp__all_finite(answer->extra, (size_t)a->m->n) &&
                      perp__all_finite(answer->middle, rows) &&
                      perp__all_finite(perp__answer_row_acceleration(a, answer), rows) &&
                      perp__all_finite(answer->points, points * rows);

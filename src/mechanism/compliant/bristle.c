@@ -41,24 +41,24 @@ static perp_status check_number(perp_context *context, const char *name, double 
 }
 
 /* Enters, and reads the law into `own` where all is well. out: an output of that name. */
-static perp_status begin(perp_context *context, perp_bristle *own, const perp_bristle *law,
+static perp_status begin(perp_context *context, perp_bristle *copy, const perp_bristle *law,
                          int bristles, const char *name, const void *out)
 {
     perp_status status = context ? perp__enter(context) : PERP_OK;
 
     if (status != PERP_OK)
         return status;
-    perp_bristle_init(own, sizeof *own);
+    perp_bristle_init(copy, sizeof *copy);
     status = perp__check_pointer(context, name, out);
     PERP__THEN(status, perp__check_pointer(context, "law", law));
-    PERP__THEN(status, PERP__READ(perp_bristle, context, own, law));
-    PERP__THEN(status, perp__check_fields(context, "law", own, fields, bristles ? 6 : 4));
-    if (own->breakaway == 0.0)
-        own->breakaway = own->kinetic;
-    if (status == PERP_OK && own->breakaway < own->kinetic)
+    PERP__THEN(status, PERP__READ(perp_bristle, context, copy, law));
+    PERP__THEN(status, perp__check_fields(context, "law", copy, fields, bristles ? 6 : 4));
+    if (copy->breakaway == 0.0)
+        copy->breakaway = copy->kinetic;
+    if (status == PERP_OK && copy->breakaway < copy->kinetic)
         status = perp__refuse(context, "law.breakaway is %g, below law.kinetic = %g",
-                              own->breakaway, own->kinetic);
-    if (status == PERP_OK && own->breakaway > own->kinetic && own->speed == 0.0)
+                              copy->breakaway, copy->kinetic);
+    if (status == PERP_OK && copy->breakaway > copy->kinetic && copy->speed == 0.0)
         status = perp__refuse(context, "law.speed is 0, and law.breakaway above law.kinetic");
     return status == PERP_OK || !context ? status : perp__leave(context, status);
 }
@@ -162,17 +162,17 @@ perp_status perp_stribeck_force(perp_context *context, double *force, double *sl
                                 const perp_bristle *law, double v)
 {
     result results[] = {{"force", force, 0.0, 1}, {"slope", slope, 0.0, 0}};
-    perp_bristle own;
-    perp_status status = begin(context, &own, law, 0, "force", force);
+    perp_bristle copy;
+    perp_status status = begin(context, &copy, law, 0, "force", force);
 
     if (status != PERP_OK)
         return status;
     status = check_number(context, "v", v);
     if (status == PERP_OK) {
-        const curve g = stribeck(&own, v);
+        const curve g = stribeck(&copy, v);
 
-        results[0].value = (v > 0.0 ? g.force : v < 0.0 ? -g.force : 0.0) + own.viscosity * v;
-        results[1].value = g.slope + own.viscosity;
+        results[0].value = (v > 0.0 ? g.force : v < 0.0 ? -g.force : 0.0) + copy.viscosity * v;
+        results[1].value = g.slope + copy.viscosity;
     }
     return end(context, status, results, 2);
 }
@@ -181,18 +181,18 @@ perp_status perp_lugre_force(perp_context *context, double *force, double *rate,
                              const perp_bristle *law, double z, double v)
 {
     result results[] = {{"rate", rate, 0.0, 1}, {"force", force, 0.0, 1}};
-    perp_bristle own;
-    perp_status status = begin(context, &own, law, 1, "force", force);
+    perp_bristle copy;
+    perp_status status = begin(context, &copy, law, 1, "force", force);
 
     if (status != PERP_OK)
         return status;
     status = check_number(context, "z", z);
     PERP__THEN(status, check_number(context, "v", v));
     if (status == PERP_OK) {
-        const double bend = v - ratio_of(own.stiffness, fabs(v), z, stribeck(&own, v).force);
+        const double bend = v - ratio_of(copy.stiffness, fabs(v), z, stribeck(&copy, v).force);
 
         results[0].value = bend;
-        results[1].value = own.stiffness * z + own.damping * bend + own.viscosity * v;
+        results[1].value = copy.stiffness * z + copy.damping * bend + copy.viscosity * v;
     }
     return end(context, status, results, 2);
 }
@@ -201,8 +201,8 @@ perp_status perp_lugre_step(perp_context *context, double *next, double *force, 
                             const perp_bristle *law, double z, double v, double h)
 {
     result results[] = {{"next", next, 0.0, 1}, {"force", force, 0.0, 1}, {"slope", slope, 0.0, 0}};
-    perp_bristle own;
-    perp_status status = begin(context, &own, law, 1, "next", next);
+    perp_bristle copy;
+    perp_status status = begin(context, &copy, law, 1, "next", next);
 
     if (status != PERP_OK)
         return status;
@@ -213,16 +213,16 @@ perp_status perp_lugre_step(perp_context *context, double *next, double *force, 
     if (status == PERP_OK && !(h > 0.0))
         status = perp__refuse(context, "h is %g, expected a positive number", h);
     if (status == PERP_OK) {
-        const curve g = stribeck(&own, v);
-        const double x = ratio_of(own.stiffness, fabs(v), h, g.force);
+        const curve g = stribeck(&copy, v);
+        const double x = ratio_of(copy.stiffness, fabs(v), h, g.force);
         const stretch s =
-            x <= 1.0 ? short_stretch(&own, g, x, z, v, h) : long_stretch(&own, g, x, z, v);
+            x <= 1.0 ? short_stretch(&copy, g, x, z, v, h) : long_stretch(&copy, g, x, z, v);
 
         results[0].value = s.end;
         results[1].value =
-            own.stiffness * s.mean + own.damping * (s.change / h) + own.viscosity * v;
+            copy.stiffness * s.mean + copy.damping * (s.change / h) + copy.viscosity * v;
         results[2].value =
-            own.stiffness * s.mean_slope + own.damping * (s.end_slope / h) + own.viscosity;
+            copy.stiffness * s.mean_slope + copy.damping * (s.end_slope / h) + copy.viscosity;
     }
     return end(context, status, results, 3);
 }
@@ -230,12 +230,12 @@ perp_status perp_lugre_step(perp_context *context, double *next, double *force, 
 /* viscosity kinetic >= damping (breakaway - kinetic), both over breakaway: neither overflows. */
 perp_status perp_lugre_passive(perp_context *context, int32_t *passive, const perp_bristle *law)
 {
-    perp_bristle own;
-    const perp_status status = begin(context, &own, law, 1, "passive", passive);
+    perp_bristle copy;
+    const perp_status status = begin(context, &copy, law, 1, "passive", passive);
 
     if (status != PERP_OK)
         return status;
-    *passive = ratio_of(own.viscosity, own.kinetic, 1.0, own.breakaway) >=
-               ratio_of(own.damping, own.breakaway - own.kinetic, 1.0, own.breakaway);
+    *passive = ratio_of(copy.viscosity, copy.kinetic, 1.0, copy.breakaway) >=
+               ratio_of(copy.damping, copy.breakaway - copy.kinetic, 1.0, copy.breakaway);
     return end(context, status, NULL, 0);
 }

@@ -46,7 +46,7 @@ static void layout(perp__arena *arena, void *object)
         PERP__DOUBLES(arena, n, &c->kx[k], &c->kv[k]);
     c->gamma = perp__arena_take(arena, 2 * p, sizeof(double));
     c->roots = perp__arena_take(arena, 4 * p, sizeof(double));
-    perp__held_rows_layout(&c->rows, arena, n * p, p, n);
+    perp__active_rows_layout(&c->rows, arena, n * p, p, n);
 }
 
 /* to := mass^-1 from' (n by p). */
@@ -187,7 +187,7 @@ perp_status perp_compliant_linearise(perp_compliant *compliant, perp_compliant_s
                                      const int32_t *load)
 {
     perp_compliant *c = compliant;
-    perp_compliant_stability own = {0};
+    perp_compliant_stability copy = {0};
     perp_status status = perp__compliant_enter(c);
     size_t p;
 
@@ -208,15 +208,15 @@ perp_status perp_compliant_linearise(perp_compliant *compliant, perp_compliant_s
                 c->matrix[k + p * l] =
                     c->all.P[k + p * l] + c->all.Q[k + p * l] * (c->mu[l] * (slip[l] * load[l]));
         perp__stability_of(c->p, c->matrix, c->stiffness, c->damping, c->gamma, c->roots,
-                           &own.stable, &own.flutter);
+                           &copy.stable, &copy.flutter);
         if (!perp__all_finite(c->gamma, 2 * p) || !perp__all_finite(c->roots, 4 * p))
             status = perp__fail(c->context, PERP_ERROR_NOT_FINITE,
                                 "the eigenvalues of the compliant contacts overflow");
     }
     if (status == PERP_OK) {
-        own.growth = c->roots[0];
+        copy.growth = c->roots[0];
         for (size_t k = 0; k < p; k++) {
-            own.growth = fmax(own.growth, fmax(c->roots[4 * k], c->roots[4 * k + 2]));
+            copy.growth = fmax(copy.growth, fmax(c->roots[4 * k], c->roots[4 * k + 2]));
             if (gamma) {
                 gamma[2 * k] = c->gamma[k];
                 gamma[2 * k + 1] = c->gamma[p + k];
@@ -224,7 +224,7 @@ perp_status perp_compliant_linearise(perp_compliant *compliant, perp_compliant_s
         }
         if (eigenvalues)
             memcpy(eigenvalues, c->roots, 4 * p * sizeof *eigenvalues);
-        perp__struct_write(stability, &own, sizeof own);
+        perp__struct_write(stability, &copy, sizeof copy);
     }
     return perp__leave(c->context, status);
 }

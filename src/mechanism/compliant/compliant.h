@@ -8,7 +8,7 @@
 #include "base/arena.h"
 #include "base/check.h"
 #include "base/handle.h"
-#include "linalg/held_rows.h"
+#include "linalg/active_rows.h"
 #include "mechanism/tuning.h"
 
 enum { PERP__STAGES = 5 };
@@ -47,7 +47,7 @@ struct perp_compliant {
     double *friction;     /* p: F at the state */
     double *lower, *upper, *q, *w; /* p: bounds of F, the problem of who sticks */
     perp_lcp_solver *choice;
-    perp__held_rows rows;
+    perp__active_rows rows;
     /* work */
     double tol;                                  /* of a step */
     double *side;                                /* p: signs of the normal forces */

@@ -83,7 +83,7 @@ static void take_out(perp_compliant *c, double *acceleration)
 void perp__compliant_hold(perp_compliant *c, double *v)
 {
     if (c->stuck_count > 0)
-        perp__held_rows_free(&c->rows, v); /* without rounding where a row is an axis */
+        perp__active_rows_free(&c->rows, v); /* without rounding where a row is an axis */
 }
 
 /* c->now := the response, less what the stuck contacts forbid. */
@@ -96,15 +96,15 @@ static void hold_stuck(perp_compliant *c)
     c->now = c->stuck_count > 0 ? c->held : c->all;
     if (c->stuck_count == 0)
         return;
-    perp__held_rows_begin(&c->rows, c->n);
+    perp__active_rows_begin(&c->rows, c->n);
     for (int32_t k = 0; k < c->stuck_count; k++) {
-        double *row = perp__held_rows_next(&c->rows);
+        double *row = perp__active_rows_next(&c->rows);
 
         for (int32_t i = 0; i < c->n; i++)
             row[i] = c->tangent[at(c, c->stuck[k], i)];
-        perp__held_rows_take(&c->rows, 0.0);
+        perp__active_rows_add(&c->rows, 0.0);
     }
-    perp__held_rows_solve(&c->rows);
+    perp__active_rows_solve(&c->rows);
     memcpy(c->now.free, c->all.free, n * sizeof *c->now.free);
     take_out(c, c->now.free);
     perp__compliant_hold(c, c->now.free);

@@ -94,7 +94,7 @@ static void label(perp_load_friction *f, perp__answer *a)
 /* The answer's middle is f->linear.x, and evaluated. */
 static void describe(perp_load_friction *f, perp__answer *a)
 {
-    double *normal = a->own, *friction = a->own + f->n;
+    double *normal = a->extra, *friction = a->extra + f->n;
     int32_t sticks = 0;
 
     memcpy(a->pattern, f->pattern.mode, 2 * (size_t)f->n);
@@ -130,10 +130,10 @@ static void describe(perp_load_friction *f, perp__answer *a)
 static void keep(perp_load_friction *f, perp__answer *a, int32_t holds)
 {
     const size_t n = (size_t)f->n, points = (size_t)(a->vertices + a->rays);
-    const double *N = a->own, *friction = a->own + f->n;
+    const double *N = a->extra, *friction = a->extra + f->n;
 
     holds = holds && perp__all_finite(a->points, points * n) && perp__all_finite(a->middle, n) &&
-            perp__all_finite(a->own, 2 * n) && a->residual <= PERP__SAME_DIRECTION;
+            perp__all_finite(a->extra, 2 * n) && a->residual <= PERP__SAME_DIRECTION;
     for (int32_t i = 0; i < f->n && holds; i++) {
         const double *size = f->linear.u_size + i; /* and of N behind those */
         const double bound = fabs(N[i]) + PERP__SAME_DIRECTION * size[f->n];

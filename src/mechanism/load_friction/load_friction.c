@@ -176,7 +176,7 @@ static perp_status make(perp_context *context, perp_load_friction **made,
         p->conditions = perp__friction_conditions;
         f->answers.length = f->answers.positions = f->polyhedron.length = f->n;
         f->answers.eigenvalues = 4 * f->n;
-        f->answers.own = 2 * f->n;
+        f->answers.extra = 2 * f->n;
         f->answers.holds = perp__friction_holds_answer;
         f->polyhedron.origin = p->x;
         f->polyhedron.directions = p->null;
@@ -191,16 +191,16 @@ perp_status perp_load_friction_create(perp_context *context, perp_load_friction 
                                       const perp_load_settings *settings,
                                       const perp_load_system *system)
 {
-    perp_load_settings own;
+    perp_load_settings copy;
     perp_load_system read;
     perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
         return status;
     status = perp__check_pointer(context, "friction", friction);
-    PERP__THEN(status, read_settings(context, &own, settings));
+    PERP__THEN(status, read_settings(context, &copy, settings));
     PERP__THEN(status, read_system(context, &read, system));
-    PERP__THEN(status, make(context, friction, &own, &read));
+    PERP__THEN(status, make(context, friction, &copy, &read));
     return perp__leave(context, status);
 }
 
@@ -249,7 +249,7 @@ perp_status perp_load_friction_solve(perp_load_friction *friction, perp_load_sum
                                      const double *tau, const double *velocity)
 {
     perp_load_friction *f = friction;
-    perp_load_summary own;
+    perp_load_summary copy;
     perp_status status = perp__friction_enter(f);
 
     if (status != PERP_OK)
@@ -259,10 +259,10 @@ perp_status perp_load_friction_solve(perp_load_friction *friction, perp_load_sum
     PERP__THEN(status, perp__check_vector(f->context, "velocity", velocity, (size_t)f->n));
     if (status == PERP_OK) {
         memcpy(f->tau, tau, (size_t)f->n * sizeof *tau);
-        status = perp__friction_solve(f, &own, velocity);
+        status = perp__friction_solve(f, &copy, velocity);
     }
     if (status == PERP_OK)
-        perp__struct_write(summary, &own, sizeof own);
+        perp__struct_write(summary, &copy, sizeof copy);
     return perp__leave(f->context, status);
 }
 
@@ -280,23 +280,23 @@ perp_status perp_load_friction_get(perp_load_friction *friction, perp_load_found
                               (int)f->answers.count);
     if (status == PERP_OK) {
         const perp__answer *a = perp__answers_get(&f->answers, index);
-        const perp_load_found own = {.kind = a->kind,
-                                     .stable = a->stable,
-                                     .flutter = a->flutter,
-                                     .at_vertex = a->at_vertex,
-                                     .dimension = a->dimension,
-                                     .vertex_count = a->vertices,
-                                     .ray_count = a->rays,
-                                     .residual = a->residual,
-                                     .acceleration = a->middle,
-                                     .normal_force = a->own,
-                                     .friction = a->own + f->n,
-                                     .modes = a->modes,
-                                     .eigenvalues = a->eigenvalues,
-                                     .vertices = a->points,
-                                     .rays = a->points + (size_t)a->vertices * (size_t)f->n};
+        const perp_load_found copy = {.kind = a->kind,
+                                      .stable = a->stable,
+                                      .flutter = a->flutter,
+                                      .at_vertex = a->at_vertex,
+                                      .dimension = a->dimension,
+                                      .vertex_count = a->vertices,
+                                      .ray_count = a->rays,
+                                      .residual = a->residual,
+                                      .acceleration = a->middle,
+                                      .normal_force = a->extra,
+                                      .friction = a->extra + f->n,
+                                      .modes = a->modes,
+                                      .eigenvalues = a->eigenvalues,
+                                      .vertices = a->points,
+                                      .rays = a->points + (size_t)a->vertices * (size_t)f->n};
 
-        perp__struct_write(found, &own, sizeof own);
+        perp__struct_write(found, &copy, sizeof copy);
     }
     return perp__leave(f->context, status);
 }

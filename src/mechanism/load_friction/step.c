@@ -10,7 +10,7 @@ PERP__INIT(perp_load_step)
 
 /* The best answer by, in this order: it is stable; fewer normal forces of moving coordinates are on
  * another side than before; fewer coordinates leave rest; x'A x is less. */
-static const perp__answer *choose(const perp_load_friction *f, perp_load_step *own,
+static const perp__answer *choose(const perp_load_friction *f, perp_load_step *copy,
                                   const double *previous)
 {
     const perp__answer *a, *best = NULL;
@@ -20,9 +20,9 @@ static const perp__answer *choose(const perp_load_friction *f, perp_load_step *o
 
     for (a = f->answers.first; a && f->n == 1; a = a->next)
         if (!a->stable && a->dimension == 0)
-            divide = a->own[0];
+            divide = a->extra[0];
     for (a = f->answers.first; a; a = a->next, index++) {
-        const double *x = a->middle, *N = a->own;
+        const double *x = a->middle, *N = a->extra;
         double merit[4] = {!a->stable, 0.0, 0.0, 0.0};
         int32_t k = 0;
 
@@ -39,12 +39,12 @@ static const perp__answer *choose(const perp_load_friction *f, perp_load_step *o
             continue;
         best = a;
         memcpy(least, merit, sizeof least);
-        own->chosen = index;
+        copy->chosen = index;
     }
     return best;
 }
 
-static perp_status run(perp_load_friction *f, double *next, double *normal, perp_load_step *own,
+static perp_status run(perp_load_friction *f, double *next, double *normal, perp_load_step *copy,
                        const double *velocity, const double *previous, double h)
 {
     const perp__answer *a, *taken;
@@ -55,7 +55,7 @@ static perp_status run(perp_load_friction *f, double *next, double *normal, perp
         return status;
     /* 1. what some stable acceleration of the rigid system brings to rest within h: its stop needs
      * no impulse */
-    own->accelerations = summary.count;
+    copy->accelerations = summary.count;
     memset(f->regular, 0, (size_t)f->n);
     for (a = f->answers.first; a; a = a->next)
         for (int32_t i = 0; i < f->n; i++)
@@ -75,22 +75,22 @@ static perp_status run(perp_load_friction *f, double *next, double *normal, perp
     if (status != PERP_OK)
         return status;
     /* 3. the choice */
-    own->answers = summary.count;
-    own->exhaustive = summary.exhaustive;
-    taken = choose(f, own, previous);
-    own->stable = taken && taken->stable;
+    copy->answers = summary.count;
+    copy->exhaustive = summary.exhaustive;
+    taken = choose(f, copy, previous);
+    copy->stable = taken && taken->stable;
     for (int32_t i = 0; i < f->n; i++) {
         const int32_t sticks = taken && taken->pattern[i] == PERP_LOAD_STICK;
 
-        own->stopped += sticks && velocity[i] != 0.0;
-        own->jam |= sticks && velocity[i] != 0.0 && !f->regular[i];
+        copy->stopped += sticks && velocity[i] != 0.0;
+        copy->jam |= sticks && velocity[i] != 0.0 && !f->regular[i];
         f->linear.x[i] = sticks ? 0.0 : taken ? velocity[i] + h * taken->middle[i] : velocity[i];
     }
     status = perp__check_finite(f->context, "next", f->linear.x, (size_t)f->n);
     for (int32_t i = 0; i < f->n && status == PERP_OK; i++) {
         next[i] = f->linear.x[i];
         if (normal)
-            normal[i] = taken ? taken->own[i] : NAN;
+            normal[i] = taken ? taken->extra[i] : NAN;
     }
     return status;
 }
@@ -100,7 +100,7 @@ perp_status perp_load_friction_step(perp_load_friction *friction, double *next, 
                                     const double *previous, double h)
 {
     perp_load_friction *f = friction;
-    perp_load_step own = {.chosen = -1};
+    perp_load_step copy = {.chosen = -1};
     perp_status status = perp__friction_enter(f);
 
     if (status != PERP_OK)
@@ -118,9 +118,9 @@ perp_status perp_load_friction_step(perp_load_friction *friction, double *next, 
         status = perp__refuse(f->context, "h is %g, expected a positive number", h);
     if (status == PERP_OK) {
         memcpy(f->tau, tau, (size_t)f->n * sizeof *tau);
-        status = run(f, next, normal, &own, velocity, previous, h);
+        status = run(f, next, normal, &copy, velocity, previous, h);
     }
     if (status == PERP_OK && step)
-        perp__struct_write(step, &own, sizeof own);
+        perp__struct_write(step, &copy, sizeof copy);
     return perp__leave(f->context, status);
 }

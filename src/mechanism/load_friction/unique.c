@@ -178,7 +178,7 @@ perp_status perp_load_friction_uniqueness(perp_load_friction *friction,
                                           perp_load_uniqueness *uniqueness, const double *velocity)
 {
     perp_status status = perp__friction_enter(friction);
-    perp_load_uniqueness own;
+    perp_load_uniqueness copy;
 
     if (status != PERP_OK)
         return status;
@@ -186,8 +186,8 @@ perp_status perp_load_friction_uniqueness(perp_load_friction *friction,
     if (status == PERP_OK && velocity)
         status = perp__check_vector(friction->context, "velocity", velocity, (size_t)friction->n);
     if (status == PERP_OK) {
-        decide(friction, &own, velocity);
-        perp__struct_write(uniqueness, &own, sizeof own);
+        decide(friction, &copy, velocity);
+        perp__struct_write(uniqueness, &copy, sizeof copy);
     }
     return perp__leave(friction->context, status);
 }
@@ -197,7 +197,7 @@ perp_status perp_load_friction_uniqueness(perp_load_friction *friction,
  * tau = A x + b + f is a formula; whether tau in turn gives x is the question. */
 
 /* What the torque may do beside x: the answer nearest to x, and those that there are. */
-static perp_status examine(perp_load_friction *f, perp_load_inverse *own, const double *velocity,
+static perp_status examine(perp_load_friction *f, perp_load_inverse *copy, const double *velocity,
                            const double *x)
 {
     const perp__answer *a, *wanted = NULL;
@@ -216,22 +216,22 @@ static perp_status examine(perp_load_friction *f, perp_load_inverse *own, const 
         wanted = distance < least ? a : wanted;
         least = fmin(least, distance);
     }
-    own->accelerations = summary.count;
-    own->exhaustive = summary.exhaustive;
-    own->stable = wanted && wanted->stable;
-    own->flutter = wanted && wanted->flutter;
-    if (!own->exhaustive) {
+    copy->accelerations = summary.count;
+    copy->exhaustive = summary.exhaustive;
+    copy->stable = wanted && wanted->stable;
+    copy->flutter = wanted && wanted->flutter;
+    if (!copy->exhaustive) {
         decide(f, &unique, velocity);
-        own->exhaustive = unique.verdict == PERP_LOAD_UNIQUE;
+        copy->exhaustive = unique.verdict == PERP_LOAD_UNIQUE;
     }
-    own->reason = summary.families > 0     ? PERP_LOAD_IN_FAMILY
-                  : own->flutter           ? PERP_LOAD_FLUTTERS
-                  : !own->stable           ? PERP_LOAD_UNSTABLE
-                  : own->accelerations > 1 ? PERP_LOAD_SEVERAL
-                  : own->undetermined > 0  ? PERP_LOAD_AT_REST
-                  : !own->exhaustive       ? PERP_LOAD_NOT_ENUMERATED
-                                           : PERP_LOAD_WELL_POSED;
-    own->well_posed = own->reason == PERP_LOAD_WELL_POSED;
+    copy->reason = summary.families > 0      ? PERP_LOAD_IN_FAMILY
+                   : copy->flutter           ? PERP_LOAD_FLUTTERS
+                   : !copy->stable           ? PERP_LOAD_UNSTABLE
+                   : copy->accelerations > 1 ? PERP_LOAD_SEVERAL
+                   : copy->undetermined > 0  ? PERP_LOAD_AT_REST
+                   : !copy->exhaustive       ? PERP_LOAD_NOT_ENUMERATED
+                                             : PERP_LOAD_WELL_POSED;
+    copy->well_posed = copy->reason == PERP_LOAD_WELL_POSED;
     return PERP_OK;
 }
 
@@ -240,7 +240,7 @@ perp_status perp_load_friction_inverse(perp_load_friction *friction, double *tau
                                        const double *acceleration)
 {
     perp_load_friction *f = friction;
-    perp_load_inverse own = {0};
+    perp_load_inverse copy = {0};
     perp_status status = perp__friction_enter(f);
 
     if (status != PERP_OK)
@@ -258,15 +258,15 @@ perp_status perp_load_friction_inverse(perp_load_friction *friction, double *tau
             const double s = (double)((moves > 0.0) - (moves < 0.0));
             const double normal = fabs(f->normal[i] + f->normal_low[i]);
 
-            own.undetermined += s == 0.0 && f->mu_static[i] * normal > 0.0; /* at rest */
+            copy.undetermined += s == 0.0 && f->mu_static[i] * normal > 0.0; /* at rest */
             f->tau[i] = f->product[i] + (f->product_low[i] + f->mu[i] * s * normal);
         }
     }
     PERP__THEN(status, perp__check_finite(f->context, "tau", f->tau, (size_t)f->n));
     if (inverse)
-        PERP__THEN(status, examine(f, &own, velocity, acceleration));
+        PERP__THEN(status, examine(f, &copy, velocity, acceleration));
     if (status == PERP_OK && inverse)
-        perp__struct_write(inverse, &own, sizeof own);
+        perp__struct_write(inverse, &copy, sizeof copy);
     if (status == PERP_OK)
         memcpy(tau, f->tau, (size_t)f->n * sizeof *tau);
     return perp__leave(f->context, status);

@@ -136,11 +136,11 @@ perp_status perp__adaptive_estimate(perp_mechanism *m, perp__adaptive *a, double
         a->speed = 0.0;
     }
     if (status == PERP_OK && !chatters(m)) { /* the speed in what the rows that hold leave free */
-        perp__held_rows_begin(&m->held, m->n);
+        perp__active_rows_begin(&m->held, m->n);
         for (int32_t i = 0; i < m->rows; i++)
             if (m->trial.holds[i] && m->half.holds[i] && m->next.holds[i])
                 perp__hold_row(m, &m->begin, i, 0.0);
-        perp__held_rows_solve(&m->held);
+        perp__active_rows_solve(&m->held);
         perp__energy_norm(m, &m->begin, a->scratch, a->difference);
         perp__project_out(m->held.basis, m->held.rank, m->n, a->scratch);
         a->speed = perp__length(a->scratch, m->n);
@@ -190,7 +190,7 @@ void perp__adaptive_events(perp_mechanism *m, perp__adaptive *a, const perp__mot
         const int32_t ends = a->order == 2 && (j >= m->contacts || m->two_sided[j] == 0);
         const double bound = j < m->contacts ? m->friction[j] * perp__load_of(m, to->r, j)
                                              : m->dry_bound[j - m->contacts];
-        double d[2] = {0.0, 0.0}, speed, after = 0.0, own = 0.0, all, free, response, lost, when,
+        double d[2] = {0.0, 0.0}, speed, after = 0.0, copy = 0.0, all, free, response, lost, when,
                wrong;
 
         /* 1. the slip at the start, along d */
@@ -203,7 +203,7 @@ void perp__adaptive_events(perp_mechanism *m, perp__adaptive *a, const perp__mot
             d[i] /= speed;
         for (int32_t i = 0; i < count; i++) {
             after += d[i] * to->u[row + i];
-            own += d[i] * to->r[row + i];
+            copy += d[i] * to->r[row + i];
         }
         if (!(speed > 0.0) || (after >= 0.0 && !sticks))
             continue;
@@ -219,7 +219,7 @@ void perp__adaptive_events(perp_mechanism *m, perp__adaptive *a, const perp__mot
         free = perp__length(a->scratch, m->n);
         response = free > PERP__AGREEMENT * all ? free * free : 0.0;
         /* 3. when it turns, and what that makes of the step */
-        lost = speed - (after - response * own); /* by other forces than this friction */
+        lost = speed - (after - response * copy); /* by other forces than this friction */
         when = length * speed / (lost + response * bound);
         if (!(response > 0.0) || !(when >= 0.0 && when < length))
             continue;

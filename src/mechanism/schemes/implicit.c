@@ -212,7 +212,7 @@ static perp_status iterate(perp_mechanism *m, perp__implicit *s, perp_mechanism_
             break;
     }
     if (*found)
-        perp__judge_iterate(m, fmin(lacking, m->settings.tol)); /* but for levers */
+        perp__check_iterate(m, fmin(lacking, m->settings.tol)); /* but for levers */
     return status == PERP__OUTSIDE || status == PERP_ERROR_NOT_FINITE ? PERP_OK : status;
 }
 

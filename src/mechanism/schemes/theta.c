@@ -348,7 +348,7 @@ static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_ste
             lacking = defect(m, w, start, &size);
             if (lacking <= tol * size && !again &&
                 (lacking <= wanted * size || (pass > 1 && 2.0 * lacking > before))) {
-                perp__judge_iterate(m, size > 0.0 ? lacking / size : 0.0);
+                perp__check_iterate(m, size > 0.0 ? lacking / size : 0.0);
                 return PERP_OK;
             }
             if (!w->tried_matrix && lacking > PERP__SLOW * change)

@@ -142,8 +142,8 @@ static int32_t steadier_face(const perp__moving *a, const perp__moving *b, const
 }
 
 int32_t perp__touch_plainly(const perp__moving *moving_a, const perp__moving *moving_b,
-                            int32_t planar, const perp__nearness *near, const perp__axes *axes,
-                            perp__collision *collision)
+                            int32_t planar, const perp__touch_tolerance *tolerance,
+                            const perp__axes *axes, perp__collision *collision)
 {
     const perp__placed *a = moving_a->start, *b = moving_b->start;
     int32_t kind_a = a->geometry->kind, kind_b = b->geometry->kind;
@@ -152,26 +152,26 @@ int32_t perp__touch_plainly(const perp__moving *moving_a, const perp__moving *mo
     if (kind_a == PERP__SPHERE && kind_b == PERP__SPHERE) {
         double between[3];
         perp__subtract3(between, b->position, a->position);
-        double reach = a->geometry->radius + b->geometry->radius + near->touching;
+        double reach = a->geometry->radius + b->geometry->radius + tolerance->touching;
         return perp__dot3(between, between) <= reach * reach;
     }
     if (!perp__is_ball_pair(a, b)) {
         int32_t best = perp__last_to_close(a, b, axes, NULL);
-        if (axes->axis[best].separation > near->touching)
+        if (axes->axis[best].separation > tolerance->touching)
             return 0;
-        if (axes->axis[best].separation > near->rounding)
+        if (axes->axis[best].separation > tolerance->rounding)
             best = steadier_face(moving_a, moving_b, axes, best);
         const perp__axis *axis = &axes->axis[best];
         collision->axis = axis->number;
         if (axis->number == PERP__CLOSEST_AXIS) /* a rim, unless nothing has one */
-            return axis->separation < -near->touching ||
+            return axis->separation < -tolerance->touching ||
                    (a->geometry->radius > 0.0 && b->geometry->radius > 0.0);
-        const double due = perp__relative_displacement(moving_a, moving_b) + near->touching;
-        const double deep = axis->separation < -near->touching ? due : near->touching;
+        const double due = perp__relative_displacement(moving_a, moving_b) + tolerance->touching;
+        const double deep = axis->separation < -tolerance->touching ? due : tolerance->touching;
         double aside = perp__separation_aside(a, b, planar, axes, best, -2.0 * due, -deep);
         collision->doubtful = -aside < due;
-        return axis->separation < -near->touching ||
-               (axis->separation <= near->touching && aside < -near->touching);
+        return axis->separation < -tolerance->touching ||
+               (axis->separation <= tolerance->touching && aside < -tolerance->touching);
     }
     const perp__placed *box = kind_a == PERP__BOX ? a : b, *ball = kind_a == PERP__BOX ? b : a;
     double centre[3], gradient[3], aside;
@@ -179,14 +179,15 @@ int32_t perp__touch_plainly(const perp__moving *moving_a, const perp__moving *mo
     double gap =
         perp__box_distance(box->geometry->half_extents, planar ? 2 : 3, centre, gradient, &aside) -
         ball->geometry->radius;
-    return gap < -near->touching || (gap <= near->touching && aside > near->touching);
+    return gap < -tolerance->touching ||
+           (gap <= tolerance->touching && aside > tolerance->touching);
 }
 
 /* A gate closes where the separation falls below minus this. `grazing` 0: the gate without what a
  * motion may close of it, for the time at which shapes that do press on have met. */
-static double gate_of(double separation, const perp__nearness *near, double grazing)
+static double gate_of(double separation, const perp__touch_tolerance *tolerance, double grazing)
 {
-    if (fabs(separation) > near->touching)
+    if (fabs(separation) > tolerance->touching)
         return 0.0;
     return fmax(-separation, 0.0) + grazing;
 }
@@ -206,7 +207,7 @@ static void narrow(double first, double last, double *enter, double *leave)
 typedef struct course {
     const perp__moving *a;
     const perp__moving *b;
-    const perp__nearness *near;
+    const perp__touch_tolerance *tolerance;
     int32_t planar;
     int32_t turning;
     double gate[PERP__MAX_AXES];
@@ -292,7 +293,7 @@ static double find_closing(course *on, double open, double closed)
     if (at_open <= 0.0) /* in each other from the start */
         return open;
     at_closed = deep = look_at(on, closed);
-    for (int look = 0; look < DBL_MANT_DIG && deep < -on->near->rounding; look++) {
+    for (int look = 0; look < DBL_MANT_DIG && deep < -on->tolerance->rounding; look++) {
         double t = open + (closed - open) * (at_open / (at_open - at_closed));
         double lacks = look_at(on, t);
         if (lacks > 0.0) {
@@ -317,14 +318,14 @@ static double find_closing(course *on, double open, double closed)
  * the way. */
 static int32_t set_out(course *on)
 {
-    const perp__nearness *near = on->near;
-    if (!axes_at(on, 0.0, perp__relative_displacement(on->a, on->b) + near->touching))
+    const perp__touch_tolerance *tolerance = on->tolerance;
+    if (!axes_at(on, 0.0, perp__relative_displacement(on->a, on->b) + tolerance->touching))
         return 1;
     for (int32_t k = on->axes.count; k < PERP__BOX_AXES; k++) /* edges that are parallel now */
         on->gate[k] = on->bare[k] = 0.0;
     for (int32_t k = 0; k < on->axes.count; k++) {
-        on->gate[k] = gate_of(on->axes.axis[k].separation, near, near->grazing);
-        on->bare[k] = gate_of(on->axes.axis[k].separation, near, 0.0);
+        on->gate[k] = gate_of(on->axes.axis[k].separation, tolerance, tolerance->grazing);
+        on->bare[k] = gate_of(on->axes.axis[k].separation, tolerance, 0.0);
     }
     on->last = perp__last_to_close(on->a->start, on->b->start, &on->axes, on->gate);
     return 0;
@@ -341,7 +342,7 @@ static void set_collision(course *on, double t, perp__collision *collision)
     perp__moved(on->a, t, &a);
     perp__moved(on->b, t, &b);
     collision->axis = on->axes.axis[on->last].number;
-    due = perp__relative_displacement(on->a, on->b) + on->near->touching;
+    due = perp__relative_displacement(on->a, on->b) + on->tolerance->touching;
     collision->doubtful =
         -perp__separation_aside(&a, &b, on->planar, &on->axes, on->last, -due, -due) < due;
     if (!on->turning && (on->gate[on->last] != 0.0 || boxes)) {
@@ -355,7 +356,8 @@ static void set_collision(course *on, double t, perp__collision *collision)
  * last one to close goes by its rate, the next look is when that closes it; and as long as it can't
  * have closed nothing meets, for one axis that separates is enough. */
 static int32_t collide_along_axes(const perp__moving *a, const perp__moving *b, int32_t planar,
-                                  const perp__nearness *near, perp__collision *collision)
+                                  const perp__touch_tolerance *tolerance,
+                                  perp__collision *collision)
 {
     const double angle = perp__length3(a->turn) + perp__length3(b->turn);
     const double displacement = perp__relative_displacement(a, b);
@@ -371,7 +373,7 @@ static int32_t collide_along_axes(const perp__moving *a, const perp__moving *b, 
         angle * (displacement + 0.5 * angle * (sum(between) + a->reach + b->reach + displacement));
     on.a = a;
     on.b = b;
-    on.near = near;
+    on.tolerance = tolerance;
     on.planar = planar;
     on.turning = angle > 0.0;
     ends = set_out(&on);
@@ -395,11 +397,11 @@ static int32_t collide_along_axes(const perp__moving *a, const perp__moving *b, 
 
         /* 2. they have met if the last axis lacks nothing then; or, after many looks, at the end */
         lacks = look_at(&on, t);
-        met = still || lacks <= near->rounding;
-        if (met && angle > 0.0 && lacks < -near->rounding) {
+        met = still || lacks <= tolerance->rounding;
+        if (met && angle > 0.0 && lacks < -tolerance->rounding) {
             t = find_closing(&on, last, t);
         } else if (!met && look % MANY_LOOKS == MANY_LOOKS - 1) {
-            met = look_at(&on, end) < -near->rounding;
+            met = look_at(&on, end) < -tolerance->rounding;
             if (met)
                 t = find_closing(&on, t, end);
             else
@@ -447,7 +449,7 @@ static double ball_entry(const double *half, int dimension, double radius, const
 
 /* Ball `b` and box or ball `a`; a ball is a box without extent, but round. */
 static int32_t collide_ball(const perp__moving *a, const perp__moving *b, int32_t planar,
-                            const perp__nearness *near, perp__collision *collision)
+                            const perp__touch_tolerance *tolerance, perp__collision *collision)
 {
     static const double none[3] = {0.0, 0.0, 0.0};
     int boxed = a->start->geometry->kind == PERP__BOX, dimension = planar ? 2 : 3;
@@ -462,11 +464,11 @@ static int32_t collide_ball(const perp__moving *a, const perp__moving *b, int32_
     double distance = perp__box_distance(half, dimension, from, gradient, &aside) - radius;
     for (int k = 0; k < 2 * dimension && boxed; k++) {
         double separation = (k % 2 ? from[k / 2] : -from[k / 2]) - half[k / 2] - radius;
-        gates[k] = gate_of(separation, near, near->grazing);
-        bare[k] = gate_of(separation, near, 0.0);
+        gates[k] = gate_of(separation, tolerance, tolerance->grazing);
+        bare[k] = gate_of(separation, tolerance, 0.0);
     }
-    gates[6] = gate_of(distance, near, near->grazing);
-    bare[6] = gate_of(distance, near, 0.0);
+    gates[6] = gate_of(distance, tolerance, tolerance->grazing);
+    bare[6] = gate_of(distance, tolerance, 0.0);
 
     /* 2. the share of the step in which the ball's way in the frame of the box leaves its chord by
      * little: c = R' (d + t x) bends by (2 |turn| |x| + |turn|^2 |d|) / 8 */
@@ -489,15 +491,15 @@ static int32_t collide_ball(const perp__moving *a, const perp__moving *b, int32_
             perp__subtract3(world, b->displacement, a->displacement);
             see_from(a->start, world, way);
         }
-        double entry = ball_entry(half, dimension, radius, from, way, gates, near->rounding);
+        double entry = ball_entry(half, dimension, radius, from, way, gates, tolerance->rounding);
         if (entry <= 1.0) {
-            entry =
-                fmin(entry, ball_entry(half, dimension, radius, from, way, bare, near->rounding));
+            entry = fmin(entry,
+                         ball_entry(half, dimension, radius, from, way, bare, tolerance->rounding));
             perp__along3(at, from, entry, way);
             perp__box_distance(half, dimension, at, gradient, &aside);
             collision->time = t + entry * (end - t);
             collision->axis = 0;
-            collision->doubtful = boxed && aside < displacement + near->touching;
+            collision->doubtful = boxed && aside < displacement + tolerance->touching;
             return 1;
         }
         t = end;
@@ -507,11 +509,11 @@ static int32_t collide_ball(const perp__moving *a, const perp__moving *b, int32_
 }
 
 int32_t perp__find_collision(const perp__moving *a, const perp__moving *b, int32_t planar,
-                             const perp__nearness *near, perp__collision *collision)
+                             const perp__touch_tolerance *tolerance, perp__collision *collision)
 {
     if (!perp__is_ball_pair(a->start, b->start))
-        return collide_along_axes(a, b, planar, near, collision);
+        return collide_along_axes(a, b, planar, tolerance, collision);
     if (b->start->geometry->kind == PERP__SPHERE)
-        return collide_ball(a, b, planar, near, collision);
-    return collide_ball(b, a, planar, near, collision);
+        return collide_ball(a, b, planar, tolerance, collision);
+    return collide_ball(b, a, planar, tolerance, collision);
 }

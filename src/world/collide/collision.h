@@ -16,11 +16,11 @@ typedef struct perp__moving {
 } perp__moving;
 
 /* Lengths that tell touching from apart. */
-typedef struct perp__nearness {
+typedef struct perp__touch_tolerance {
     double touching; /* shapes no farther apart, nor deeper in each other, touch */
     double grazing;  /* by so much a motion may close touching shapes that it does not press */
     double rounding; /* of separations */
-} perp__nearness;
+} perp__touch_tolerance;
 
 typedef struct perp__collision {
     double time;      /* share of the step, 0 .. 1 */
@@ -29,8 +29,8 @@ typedef struct perp__collision {
                          else stops them before */
     double begun;     /* of what sinks: its separation at the start, no point's gap is less there */
     double apart[3];  /* from A to B, a direction along which no point of either is nearer to the */
-    double lead;      /* other at the start than this and what counts as touching, or, of what has
-                         points, as deep; 0: not known */
+    double clearance; /* other at the start than this and what counts as touching, or, of what has
+                    points, as deep; 0: not known */
 } perp__collision;
 
 /* Where the shape is after the share t of the step. */
@@ -43,12 +43,12 @@ double perp__relative_displacement(const perp__moving *a, const perp__moving *b)
  * in a way that leaves no doubt about the normal: one axis alone keeps them apart. */
 struct perp__axes;
 int32_t perp__touch_plainly(const perp__moving *a, const perp__moving *b, int32_t planar,
-                            const perp__nearness *near, const struct perp__axes *axes,
+                            const perp__touch_tolerance *tolerance, const struct perp__axes *axes,
                             perp__collision *collision);
 
 /* Whether the motion makes shapes meet that do not touch plainly. */
 int32_t perp__find_collision(const perp__moving *a, const perp__moving *b, int32_t planar,
-                             const perp__nearness *near, perp__collision *collision);
+                             const perp__touch_tolerance *tolerance, perp__collision *collision);
 
 /* The points of shapes that meet along an axis of the collision: as perp__collide, without a
  * margin, whatever separates them more or overlaps less. */

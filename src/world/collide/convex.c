@@ -59,16 +59,16 @@ void perp__convex_pair_set(perp__convex_pair *pair, const perp__placed *a, const
 /* A group of faces of A (side 0) or B, from `face` on, or as many as there are. */
 static void set_faces(const perp__convex_pair *pair, int32_t side, int32_t face, perp__axis *axis)
 {
-    const perp__polytope *own = &pair->side[side];
-    const int32_t count = own->faces - face < GROUP ? own->faces - face : GROUP;
+    const perp__polytope *self = &pair->side[side];
+    const int32_t count = self->faces - face < GROUP ? self->faces - face : GROUP;
     const double sign = side == 0 ? 1.0 : -1.0;
     double normal[3][GROUP], least[GROUP];
     for (int32_t l = 0; l < GROUP; l++)
         for (int k = 0; k < 3; k++)
-            normal[k][l] = own->normal[3 * (face + (l < count ? l : 0)) + k];
+            normal[k][l] = self->normal[3 * (face + (l < count ? l : 0)) + k];
     kernels[perp__widest_vectors()]->find_least(normal, &pair->side[1 - side], least);
     for (int32_t l = 0; l < count; l++) {
-        axis[l].separation = least[l] - own->offset[face + l] - pair->radius;
+        axis[l].separation = least[l] - self->offset[face + l] - pair->radius;
         axis[l].width = INFINITY;
         for (int k = 0; k < 3; k++)
             axis[l].normal[k] = sign * normal[k][l];
@@ -141,7 +141,7 @@ double perp__convex_product(const perp__convex_pair *pair, int32_t i, int32_t j,
  * edge's two faces with factors >= 0 that add up to 1 or more, so that they separate no more than
  * the corner of the other core that lies farthest against a direction is beyond the farther of both
  * faces, unless it is above 0. */
-static void bound_edges(const perp__polytope *own, const perp__polytope *other,
+static void bound_edges(const perp__polytope *self, const perp__polytope *other,
                         const double *direction, double *bounds)
 {
     const double *lowest = other->corner;
@@ -152,10 +152,10 @@ static void bound_edges(const perp__polytope *own, const perp__polytope *other,
         least = along < least ? along : least;
     }
     heights[0] = 0.0; /* of an edge without faces */
-    for (int32_t f = 0; f < own->faces; f++)
-        heights[f] = perp__dot3(own->normal + 3 * f, lowest) - own->offset[f];
-    for (int32_t e = 0; e < own->edges; e++)
-        bounds[e] = perp__greater(heights[own->edge[4 * e + 2]], heights[own->edge[4 * e + 3]]);
+    for (int32_t f = 0; f < self->faces; f++)
+        heights[f] = perp__dot3(self->normal + 3 * f, lowest) - self->offset[f];
+    for (int32_t e = 0; e < self->edges; e++)
+        bounds[e] = perp__greater(heights[self->edge[4 * e + 2]], heights[self->edge[4 * e + 3]]);
 }
 
 /* The edges of which products may separate more than `most` <= 0. */
@@ -377,15 +377,15 @@ double perp__convex_rim(const perp__convex_pair *pair, const perp__polytope *pol
 static int32_t is_closest(const perp__convex_pair *pair, int32_t side, int32_t face,
                           double separation)
 {
-    const perp__polytope *own = &pair->side[side], *other = &pair->side[1 - side];
-    const int32_t count = own->first[face + 1] - own->first[face];
+    const perp__polytope *self = &pair->side[side], *other = &pair->side[1 - side];
+    const int32_t count = self->first[face + 1] - self->first[face];
     int32_t over = 0;
     for (int32_t c = 0; c < other->corners && !over; c++) {
         const double *x = other->corner + 3 * c;
-        double height = perp__dot3(own->normal + 3 * face, x) - own->offset[face] - pair->radius;
+        double height = perp__dot3(self->normal + 3 * face, x) - self->offset[face] - pair->radius;
         over = height <= separation;
         for (int32_t p = 0; p < count && over; p++) {
-            double out[3], limit = perp__convex_rim(pair, own, face, p, out);
+            double out[3], limit = perp__convex_rim(pair, self, face, p, out);
             over = !(perp__dot3(out, x) > limit);
         }
     }

@@ -61,9 +61,9 @@ static double beyond(const cutter *cut, const rim_corner *at)
 /* Corners on the side stay as they are and spawn no second corner beside them. */
 static void clip(const cutter *cut, const rim *in, rim *out)
 {
-    const perp__polytope *own = &cut->pair->side[cut->side];
-    const int32_t first = own->first[cut->face], corners = own->first[cut->face + 1] - first;
-    const int32_t p = cut->p, next_p = (p + 1) % corners, mine = own->side[first + p];
+    const perp__polytope *self = &cut->pair->side[cut->side];
+    const int32_t first = self->first[cut->face], corners = self->first[cut->face + 1] - first;
+    const int32_t p = cut->p, next_p = (p + 1) % corners, mine = self->side[first + p];
     const double on = cut->tolerance;
     out->count = 0;
     out->closed = in->closed;
@@ -92,7 +92,7 @@ static void clip(const cutter *cut, const rim *in, rim *out)
                                             : edge_feature(cut->pair, here->edge, mine);
         else /* a corner of the side at hand */
             cross->feature = corner_feature(
-                cut->side, own->loop[first + (-1 - here->edge == next_p ? next_p : p)]);
+                cut->side, self->loop[first + (-1 - here->edge == next_p ? next_p : p)]);
         cross->edge = at < at_next ? -1 - p : here->edge;
     }
 }
@@ -136,8 +136,8 @@ static void incident_rim(const perp__convex_pair *pair, int32_t side, const doub
 static int32_t face_points(const perp__convex_pair *pair, int32_t side, int32_t face, double margin,
                            perp__point *points)
 {
-    const perp__polytope *own = &pair->side[side], *other = &pair->side[1 - side];
-    const double *out = own->normal + 3 * face;
+    const perp__polytope *self = &pair->side[side], *other = &pair->side[1 - side];
+    const double *out = self->normal + 3 * face;
     const double normal[3] = {side == 0 ? out[0] : -out[0], side == 0 ? out[1] : -out[1],
                               side == 0 ? out[2] : -out[2]};
     cutter cut = {pair, side, face, 0, {0.0, 0.0, 0.0}, 0.0, PERP__NEGLIGIBLE * pair->size};
@@ -146,9 +146,9 @@ static int32_t face_points(const perp__convex_pair *pair, int32_t side, int32_t 
 
     /* 1. what lies over the face */
     incident_rim(pair, 1 - side, out, now);
-    for (cut.p = 0; cut.p < own->first[face + 1] - own->first[face]; cut.p++) {
+    for (cut.p = 0; cut.p < self->first[face + 1] - self->first[face]; cut.p++) {
         rim *cleared = now;
-        cut.limit = perp__convex_rim(pair, own, face, cut.p, cut.out);
+        cut.limit = perp__convex_rim(pair, self, face, cut.p, cut.out);
         clip(&cut, now, next);
         now = next;
         next = cleared;
@@ -166,7 +166,7 @@ static int32_t face_points(const perp__convex_pair *pair, int32_t side, int32_t 
     wanted = now->count < PERP__MAX_POINTS ? now->count : PERP__MAX_POINTS;
     for (int32_t i = 0; i < wanted; i++) {
         const rim_corner *at = &now->corners[i * now->count / wanted];
-        double gap = (perp__dot3(out, at->position) - own->offset[face]) - pair->radius;
+        double gap = (perp__dot3(out, at->position) - self->offset[face]) - pair->radius;
         double position[3];
         if (!(gap <= margin))
             continue;
@@ -300,13 +300,13 @@ int32_t perp__convex_points(const perp__convex_pair *pair, int32_t axis_number, 
 
     /* 2. the points over that face, or one whose normal is within FLAT of this one */
     for (int32_t f = 0; f < faces && !of_face; f++) {
-        const int32_t second = f >= faces_a, own = second ? f - faces_a : f;
-        const double cosine = perp__dot3(pair->side[second].normal + 3 * own, axis.normal);
+        const int32_t second = f >= faces_a, self = second ? f - faces_a : f;
+        const double cosine = perp__dot3(pair->side[second].normal + 3 * self, axis.normal);
         if (!((second ? -cosine : cosine) > most))
             continue;
         most = second ? -cosine : cosine;
         side = second;
-        face = own;
+        face = self;
         over_face = 1;
     }
     if (over_face)

@@ -198,7 +198,7 @@ static int32_t with_edge(const work *w, int32_t a, int32_t b)
 /* New triangles from the rim of those that see the point take their place. */
 static void replace_seen(work *w, int32_t point)
 {
-    int32_t before = w->triangles, kept = 0;
+    int32_t before = w->triangles, sleeping = 0;
     int8_t seen[2 * PERP__MAX_FACES];
     for (int32_t t = 0; t < before; t++)
         seen[t] = beyond(w, &w->triangle[t], point) > PERP__NEGLIGIBLE;
@@ -212,8 +212,8 @@ static void replace_seen(work *w, int32_t point)
         }
     for (int32_t t = 0; t < w->triangles; t++)
         if (t >= before || !seen[t])
-            w->triangle[kept++] = w->triangle[t];
-    w->triangles = kept;
+            w->triangle[sleeping++] = w->triangle[t];
+    w->triangles = sleeping;
 }
 
 static perp_status grow(work *w)

@@ -122,8 +122,8 @@ int32_t perp__tree_insert(perp__tree *tree, const perp__bounds *bounds, int32_t 
     /* 1. where the leaf costs least: beside a node, or down in the child that grows less */
     while (nodes[sibling].height > 0) {
         const perp__tree_node *at = &nodes[sibling];
-        double own = cost(&at->bounds), with = united_cost(&at->bounds, bounds);
-        double here = 2.0 * with, inherited = 2.0 * (with - own), down[2];
+        double alone = cost(&at->bounds), with = united_cost(&at->bounds, bounds);
+        double here = 2.0 * with, inherited = 2.0 * (with - alone), down[2];
         for (int c = 0; c < 2; c++) {
             const perp__tree_node *child = &nodes[at->child[c]];
             down[c] = inherited + united_cost(&child->bounds, bounds) -

@@ -67,7 +67,7 @@ typedef struct encounter {
     double h;
     perp__moving a, b;
     double displacement; /* of the two beside each other */
-    perp__nearness near;
+    perp__touch_tolerance tolerance;
     perp__point *points;
 } encounter;
 
@@ -81,9 +81,9 @@ static void begin_encounter(encounter *e, const perp_world *world, const perp__p
     perp__moving_shape(world, pair->first, h, &e->a);
     perp__moving_shape(world, pair->second, h, &e->b);
     e->displacement = perp__relative_displacement(&e->a, &e->b);
-    e->near.rounding = perp__pair_rounding(world, pair);
-    e->near.touching = perp__pair_touching(world, pair, e->near.rounding);
-    e->near.grazing = e->near.rounding + PERP__PARALLEL * e->displacement;
+    e->tolerance.rounding = perp__pair_rounding(world, pair);
+    e->tolerance.touching = perp__pair_touching(world, pair, e->tolerance.rounding);
+    e->tolerance.grazing = e->tolerance.rounding + PERP__PARALLEL * e->displacement;
 }
 
 /* Whether one of the faces of `owner` that make the footing's normal is covered there, at the share
@@ -122,14 +122,15 @@ static int32_t are_covered(const encounter *e, const perp__collision *collision,
     double position[3] = {0.0, 0.0, 0.0}, least = INFINITY, share = 0.0;
     perp__footing at = {.position = position,
                         .normal = n,
-                        .crack = CRACK * perp__pair_thickness(e->world, e->pair) + e->near.rounding,
+                        .crack =
+                            CRACK * perp__pair_thickness(e->world, e->pair) + e->tolerance.rounding,
                         .planar = e->world->settings.planar,
                         .least = collision->doubtful || whole ? 1 : 2};
 
     for (int32_t i = 0; i < count; i++)
         least = fmin(least, points[i].gap);
     for (int32_t i = 0; i < count; i++)
-        if (whole || points[i].gap <= least + e->near.touching) {
+        if (whole || points[i].gap <= least + e->tolerance.touching) {
             perp__add3(position, 1.0, points[i].position);
             share += 1.0;
         }
@@ -171,12 +172,12 @@ static int32_t came_along(const encounter *e, double t, const double *normal, do
     const perp__moving *shape[2] = {&e->a, &e->b};
 
     for (int32_t side = 0; side < 2; side++) {
-        double own[3], before[3];
+        double local[3], before[3];
         perp__placed later;
 
         perp__moved(shape[side], t, &later);
-        perp__apply_transposed3(own, later.rotation, normal);
-        perp__apply3(before, shape[side]->start->rotation, own);
+        perp__apply_transposed3(local, later.rotation, normal);
+        perp__apply3(before, shape[side]->start->rotation, local);
         if (perp__separation(e->a.start, e->b.start, before) >=
             begun - perp__pair_thickness(e->world, e->pair))
             return 1;
@@ -244,7 +245,7 @@ static int32_t open_points(const encounter *e, perp__collision *collision, doubl
         made = points_along(e, collision, ON_THE_WHOLE);
     if (made <= 0)
         made = points_of_faces(e, collision, later, covered, least, ON_THE_WHOLE);
-    if (made <= 0 && (e->pair->first_kept >= 0 || e->pair->memories > 0))
+    if (made <= 0 && (e->pair->first_sleeping >= 0 || e->pair->memories > 0))
         made = points_along(e, collision, NOT_AT_ALL);
     return made;
 }
@@ -254,39 +255,39 @@ static int32_t open_points(const encounter *e, perp__collision *collision, doubl
 /* The normal along which the pair pressed in the last step; NULL if it did not. */
 static const double *pressed_along(const perp_world *world, const perp__pair *pair)
 {
-    for (int32_t i = pair->first_kept; i >= 0; i = world->kept[i].next)
-        if (!perp__is_zero3(world->kept[i].memory.impulse))
-            return world->kept[i].memory.normal;
+    for (int32_t i = pair->first_sleeping; i >= 0; i = world->sleeping[i].next)
+        if (!perp__is_zero3(world->sleeping[i].memory.impulse))
+            return world->sleeping[i].memory.normal;
     for (int32_t i = 0; i < pair->memories; i++)
         if (!perp__is_zero3(world->memories[pair->first_memory + i].impulse))
             return world->memories[pair->first_memory + i].normal;
     return NULL;
 }
 
-/* Whether the shapes touch plainly; or are no farther apart than `near`, and pressed in the last
+/* Whether the shapes touch plainly; or are no farther apart than `margin`, and pressed in the last
  * step and hardly move, or are balls whose way bends off their tangent by less than a quarter of
  * that: what lies on others leaves them by as much as a step is wrong; or would touch plainly in
  * whatever way their bodies go, no farther than they do now. */
 static int32_t touch_plainly(const encounter *e, perp__pair *pair, const perp__axes *axes,
-                             double near)
+                             double margin)
 {
     const int32_t planar = e->world->settings.planar;
     const perp__geometry *a = e->a.start->geometry, *b = e->b.start->geometry;
     const double apart = a->radius + b->radius; /* of balls' centres */
     const int32_t rounded = a->radius > 0.0 && b->radius > 0.0;
     const int32_t balls = a->kind == PERP__SPHERE && b->kind == PERP__SPHERE;
-    perp__nearness wide = e->near;
+    perp__touch_tolerance wide = e->tolerance;
 
-    if (perp__touch_plainly(&e->a, &e->b, planar, &e->near, axes, &pair->collision))
+    if (perp__touch_plainly(&e->a, &e->b, planar, &e->tolerance, axes, &pair->collision))
         return 1;
     pair->plain = 0;
-    wide.touching = near;
-    if (near > e->near.touching &&
-        ((balls && e->displacement * e->displacement <= 0.5 * near * apart) ||
-         (e->displacement <= near && pressed_along(e->world, pair))) &&
+    wide.touching = margin;
+    if (margin > e->tolerance.touching &&
+        ((balls && e->displacement * e->displacement <= 0.5 * margin * apart) ||
+         (e->displacement <= margin && pressed_along(e->world, pair))) &&
         perp__touch_plainly(&e->a, &e->b, planar, &wide, axes, &pair->collision))
         return 1;
-    wide.touching = perp__greater(near, perp__way_of(&e->a) + perp__way_of(&e->b));
+    wide.touching = perp__greater(margin, perp__way_of(&e->a) + perp__way_of(&e->b));
     return !rounded && perp__touch_plainly(&e->a, &e->b, planar, &wide, axes, &pair->collision);
 }
 
@@ -304,18 +305,18 @@ static int32_t begin_at_rest(const encounter *e)
 static int32_t presses_on(const encounter *e, perp__pair *pair, const perp__axes *axes, double far)
 {
     const double *normal = begin_at_rest(e) ? pressed_along(e->world, pair) : NULL;
-    double own[3], middle[3];
+    double local[3], middle[3];
 
     if (!normal)
         return 0;
-    perp__apply_transposed3(own, e->a.start->rotation, normal);
+    perp__apply_transposed3(local, e->a.start->rotation, normal);
     pair->collision.axis = PERP__MIDDLE_AXIS;
-    int32_t found = perp__middle_of_faces(axes, e->near.touching, middle, NULL) &&
-                    perp__is_same_way(fabs(perp__dot3(middle, own)));
+    int32_t found = perp__middle_of_faces(axes, e->tolerance.touching, middle, NULL) &&
+                    perp__is_same_way(fabs(perp__dot3(middle, local)));
     for (int32_t k = 0; k < axes->count && !found; k++) {
         pair->collision.axis = axes->axis[k].number;
         found = fabs(axes->axis[k].separation) <= far &&
-                perp__is_same_way(fabs(perp__dot3(axes->axis[k].normal, own)));
+                perp__is_same_way(fabs(perp__dot3(axes->axis[k].normal, local)));
     }
     pair->collision.time = 0.0;
     pair->collision.doubtful = 1;
@@ -335,7 +336,8 @@ static int32_t lean(const encounter *e, perp__pair *pair, const perp__axes *axes
     pair->collision.axis = PERP__MIDDLE_AXIS;
     pair->collision.time = 0.0;
     pair->collision.doubtful = 1;
-    return begin_at_rest(e) && perp__middle_of_faces(axes, e->near.touching, middle, &within) &&
+    return begin_at_rest(e) &&
+           perp__middle_of_faces(axes, e->tolerance.touching, middle, &within) &&
            within * sqrt(1.0 + mu * mu) > 1.0;
 }
 
@@ -349,9 +351,9 @@ static void meet_at_rest(const encounter *e, perp__pair *pair, const perp__axes 
 
     for (int32_t k = 0; k < axes->count; k++)
         if (axes->axis[k].number == pair->collision.axis &&
-            fabs(axes->axis[k].separation) <= e->near.touching) {
+            fabs(axes->axis[k].separation) <= e->tolerance.touching) {
             pair->collision.time = 0.0;
-            if (perp__middle_of_faces(axes, e->near.touching, middle, NULL))
+            if (perp__middle_of_faces(axes, e->tolerance.touching, middle, NULL))
                 pair->collision.axis = PERP__MIDDLE_AXIS;
             return;
         }
@@ -359,9 +361,9 @@ static void meet_at_rest(const encounter *e, perp__pair *pair, const perp__axes 
 
 /* The points of shapes that are near each other and have these axes. */
 static int32_t touch_along(const encounter *e, perp__pair *pair, const perp__axes *axes,
-                           double near)
+                           double margin)
 {
-    if (!touch_plainly(e, pair, axes, near) && !presses_on(e, pair, axes, near) &&
+    if (!touch_plainly(e, pair, axes, margin) && !presses_on(e, pair, axes, margin) &&
         !lean(e, pair, axes))
         return 0;
     if (begin_at_rest(e))
@@ -369,7 +371,7 @@ static int32_t touch_along(const encounter *e, perp__pair *pair, const perp__axe
     /* what lies between shapes that are apart keeps them so: they meet along no other face */
     for (int32_t k = 0; k < axes->count; k++)
         if (axes->axis[k].number == pair->collision.axis &&
-            axes->axis[k].separation > perp__greater(near, e->near.touching)) {
+            axes->axis[k].separation > perp__greater(margin, e->tolerance.touching)) {
             const int32_t made = points_along(e, &pair->collision, AT_DEEPEST);
 
             return made > 0 ? made : 0;
@@ -379,11 +381,12 @@ static int32_t touch_along(const encounter *e, perp__pair *pair, const perp__axe
 
 /* What separates the shapes most, an axis or the spheres about them, and by how much the motion may
  * close that until they touch; or, of those that have points, until one along it would be deep. */
-static void note_lead(const encounter *e, perp__pair *pair, const perp__axes *axes, int32_t made)
+static void note_clearance(const encounter *e, perp__pair *pair, const perp__axes *axes,
+                           int32_t made)
 {
     const perp__placed *a = e->a.start, *b = e->b.start;
     const double beyond =
-        made > 0 ? PERP__NEAR * perp__pair_size(e->world, pair) : -e->near.touching;
+        made > 0 ? PERP__NEAR * perp__pair_size(e->world, pair) : -e->tolerance.touching;
     double *apart = pair->collision.apart, separation;
 
     perp__subtract3(apart, b->position, a->position);
@@ -394,14 +397,14 @@ static void note_lead(const encounter *e, perp__pair *pair, const perp__axes *ax
             separation = axes->axis[k].separation;
             perp__apply3(apart, a->rotation, axes->axis[k].normal);
         }
-    pair->collision.lead = perp__greater(separation + beyond, 0.0);
+    pair->collision.clearance = perp__greater(separation + beyond, 0.0);
 }
 
 int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double h, double far,
                               perp__point *points)
 {
     const double touching = perp__pair_touching(world, pair, perp__pair_rounding(world, pair));
-    const double near = PERP__NEAR * perp__pair_size(world, pair);
+    const double margin = PERP__NEAR * perp__pair_size(world, pair);
     int32_t made = 0;
     perp__axes axes;
     encounter e;
@@ -415,7 +418,7 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
                                      fabs(h * to[2] - h * from[2])) +
                                     perp__turning(world, a, pair->reach[0], h) +
                                     perp__turning(world, b, pair->reach[1], h);
-        const double due = perp__greater(perp__lesser(near, 2.0 * displacement), touching);
+        const double due = perp__greater(perp__lesser(margin, 2.0 * displacement), touching);
 
         made = perp__collide(&world->placed[pair->first], &world->placed[pair->second],
                              world->settings.planar, perp__greater(far, due), points);
@@ -425,19 +428,19 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
         return 0;
     }
     begin_encounter(&e, world, pair, h, points);
-    reach = perp__greater(touching, perp__greater(near, perp__way_of(&e.a) + perp__way_of(&e.b)));
+    reach = perp__greater(touching, perp__greater(margin, perp__way_of(&e.a) + perp__way_of(&e.b)));
     axes.count = 0;
     if (perp__are_near(world, pair, reach)) {
         const double parted = perp__separation(e.a.start, e.b.start, pair->collision.apart);
 
-        pair->collision.lead = parted - touching;
-        if (parted > reach + e.near.rounding) /* along what kept them apart before */
+        pair->collision.clearance = parted - touching;
+        if (parted > reach + e.tolerance.rounding) /* along what kept them apart before */
             return 0;
         pair->plain =
             (int8_t)perp__axes_of(e.a.start, e.b.start, world->settings.planar, reach, &axes);
-        made = pair->plain ? touch_along(&e, pair, &axes, near) : 0;
+        made = pair->plain ? touch_along(&e, pair, &axes, margin) : 0;
     }
-    note_lead(&e, pair, &axes, made);
+    note_clearance(&e, pair, &axes, made);
     return made;
 }
 
@@ -454,7 +457,7 @@ int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h)
     pair->collision.begun = -INFINITY;
     /* 1. other shapes than half-spaces */
     if (!pair->plane) {
-        met = perp__find_collision(&e.a, &e.b, planar, &e.near, &pair->collision);
+        met = perp__find_collision(&e.a, &e.b, planar, &e.tolerance, &pair->collision);
         if (met && begin_at_rest(&e)) {
             (void)perp__axes_of(e.a.start, e.b.start, planar, INFINITY, &axes);
             meet_at_rest(&e, pair, &axes);
@@ -475,7 +478,7 @@ int32_t perp__pair_meets(const perp_world *world, const perp__pair *pair, double
     encounter e;
 
     begin_encounter(&e, world, pair, h, NULL);
-    return perp__find_collision(&e.a, &e.b, world->settings.planar, &e.near, &collision);
+    return perp__find_collision(&e.a, &e.b, world->settings.planar, &e.tolerance, &collision);
 }
 
 /* Shapes in each other: along which axis least, and by how much; that axis' separation is more

@@ -16,7 +16,7 @@ static perp_status grow(perp_world *world, perp__contact_set *set, int32_t neede
 {
     const perp__growing arrays[] = {PERP__GROWING(set->contacts, set->count, 1),
                                     PERP__GROWING(set->responses, set->count, 1),
-                                    PERP__GROWING(set->ties, set->count, 1)};
+                                    PERP__GROWING(set->flags, set->count, 1)};
 
     return perp__grow(world->context, "the contacts", &set->capacity, needed, arrays, 3);
 }
@@ -55,7 +55,7 @@ static void write_contact(const perp_world *world, const perp__contact_set *set,
     const perp__shape *b = &world->shapes[pair->second];
     perp__world_contact *contact = &set->contacts[i];
     perp__response *response = &set->responses[i];
-    perp__tie *tie = &set->ties[i];
+    perp__contact_flags *flag = &set->flags[i];
 
     if (last && last->shape_a == pair->first && last->shape_b == pair->second &&
         last->round == world->rounds &&
@@ -86,10 +86,10 @@ static void write_contact(const perp_world *world, const perp__contact_set *set,
     contact->gap = point->gap;
     perp__write_arms(contact, states[a->body].position, states[b->body].position);
     perp__recall(world, pair, contact, response->warm, response->base);
-    memset(tie, 0, sizeof *tie);
-    tie->body[0] = contact->body_a;
-    tie->body[1] = contact->body_b;
-    tie->rubs = contact->friction > 0.0;
+    memset(flag, 0, sizeof *flag);
+    flag->body[0] = contact->body_a;
+    flag->body[1] = contact->body_b;
+    flag->rubs = contact->friction > 0.0;
 }
 
 perp__world_contact *perp__append_contact(const perp_world *world, perp__contact_set *set,
@@ -109,7 +109,7 @@ void perp__prepare_contact(const perp_world *world, const perp__contact_set *set
 
     contact->start = perp__normal_velocity(world, contact, PERP__TWIST_START);
     contact->free = perp__normal_velocity(world, contact, PERP__TWIST_FREE);
-    set->ties[i].deep = (int8_t)perp__is_deep(contact);
+    set->flags[i].deep = (int8_t)perp__is_deep(contact);
     perp__copy3(response->remembered, response->warm);
 }
 
@@ -119,7 +119,7 @@ void perp__write_touching(const perp_world *world, int32_t i, const perp__world_
     const perp__contact_set *set = &world->contacts;
 
     write_contact(world, set, i, last, pair, point, world->states);
-    set->ties[i].closed = !(set->contacts[i].gap > set->contacts[i].rounding);
+    set->flags[i].closed = !(set->contacts[i].gap > set->contacts[i].rounding);
     perp__prepare_contact(world, set, i);
 }
 
@@ -292,7 +292,7 @@ perp_status perp__find_overlaps(perp_world *world, double ways)
                                  world->settings.planar, margin, points);
         for (int32_t k = 0; k < made; k++) {
             (void)perp__append_contact(world, set, pair, &points[k], world->next);
-            set->ties[set->count - 1].included = 1;
+            set->flags[set->count - 1].included = 1;
         }
     }
     return status;

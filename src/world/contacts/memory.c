@@ -37,9 +37,9 @@ void perp__recall(const perp_world *world, const perp__pair *pair,
 {
     const perp__memory *memory = NULL;
 
-    for (int32_t i = pair->first_kept; i >= 0 && !memory; i = world->kept[i].next)
-        if (world->kept[i].memory.feature == contact->feature)
-            memory = &world->kept[i].memory;
+    for (int32_t i = pair->first_sleeping; i >= 0 && !memory; i = world->sleeping[i].next)
+        if (world->sleeping[i].memory.feature == contact->feature)
+            memory = &world->sleeping[i].memory;
     for (int32_t i = 0; i < pair->memories && !memory; i++)
         if (world->memories[pair->first_memory + i].feature == contact->feature)
             memory = &world->memories[pair->first_memory + i];
@@ -129,9 +129,9 @@ void perp__repeat_contact(const perp_world *world, const perp__pair *pair, int32
     perp__copy3(response->warm, last->responses[from].next); /* what it left to its memory */
     perp__copy3(response->remembered, response->warm);
     perp__copy3(response->base, last->responses[from].base);
-    set->ties[i] = last->ties[from];
-    set->ties[i].included = set->ties[i].fresh = set->ties[i].pushes = 0;
-    set->ties[i].repeats = 1;
+    set->flags[i] = last->flags[from];
+    set->flags[i].included = set->flags[i].fresh = set->flags[i].pushes = 0;
+    set->flags[i].repeats = 1;
 }
 
 /* ---- memories ---- */
@@ -223,9 +223,9 @@ void perp__remember(perp_world *world)
         for (int32_t k = pair->late; k >= 0; k = set->responses[k].later)
             perp__write_memory(set, k, &memories[count++]);
         pair->memories = count - pair->first_memory;
-        pair->changed = pair->first_kept >= 0 || is_news(world, pair);
-        if (pair->first_kept >= 0)
-            perp__drop_kept(world, &pair->first_kept);
+        pair->changed = pair->first_sleeping >= 0 || is_news(world, pair);
+        if (pair->first_sleeping >= 0)
+            perp__drop_sleeping(world, &pair->first_sleeping);
         early += pair->made;
     }
 

@@ -60,13 +60,13 @@ static void take_off_list(perp_world *world, int32_t link)
 static void drop_pair(perp_world *world, int32_t number)
 {
     perp__pair *pair = &world->pairs[number];
-    int32_t last = pair->first_kept;
+    int32_t last = pair->first_sleeping;
 
     if (last != NONE) { /* what it kept is of the last step all the same */
-        for (world->orphan_count++; world->kept[last].next != NONE; world->orphan_count++)
-            last = world->kept[last].next;
-        world->kept[last].next = world->first_orphan;
-        world->first_orphan = pair->first_kept;
+        for (world->orphan_count++; world->sleeping[last].next != NONE; world->orphan_count++)
+            last = world->sleeping[last].next;
+        world->sleeping[last].next = world->first_orphan;
+        world->first_orphan = pair->first_sleeping;
     }
     perp__unsettle(world, pair->body[0]);
     perp__unsettle(world, pair->body[1]);
@@ -123,7 +123,7 @@ static perp_status add_pair(perp_world *world, int32_t a, int32_t b)
     pair->first = a < b ? a : b;
     pair->second = a < b ? b : a;
     pair->open = 1;
-    pair->first_kept = pair->late = NONE;
+    pair->first_sleeping = pair->late = NONE;
     pair->spare = INFINITY;
     put_on_list(world, 2 * number);
     put_on_list(world, 2 * number + 1);
@@ -431,7 +431,7 @@ perp_status perp__enclose_motions(perp_world *world, double h)
     if (status == PERP_OK)
         world->planes_changed = 0;
     /* 2. Bodies, each as a whole while it is at hand. */
-    world->lively_count = 0;
+    world->moving_count = 0;
     for (int32_t i = 0; i < world->awake_count && status == PERP_OK; i++) {
         const int32_t body = world->awake[i];
 
@@ -439,7 +439,7 @@ perp_status perp__enclose_motions(perp_world *world, double h)
             continue;
         status = perp__start_motion(world, body, h) ? enclose(world, body, h, 0.0)
                                                     : perp__fail_range(world, body);
-        world->lively[world->lively_count++] = body;
+        world->moving_bodies[world->moving_count++] = body;
     }
     if (world->pairs_changed)
         order_pairs(world);

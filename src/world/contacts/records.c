@@ -43,9 +43,9 @@ uint64_t perp__contact_order(const perp__world_contact *contact)
 /* Lists what a pair kept, in its order; returns how many there are now. */
 static int32_t list_kept(const perp_world *world, int32_t first, perp__keyed *order, int32_t count)
 {
-    for (int32_t i = first; i >= 0; i = world->kept[i].next)
-        if (world->kept[i].included) {
-            order[count].key = world->kept[i].order;
+    for (int32_t i = first; i >= 0; i = world->sleeping[i].next)
+        if (world->sleeping[i].included) {
+            order[count].key = world->sleeping[i].order;
             order[count++].value = -1 - i;
         }
     return count;
@@ -54,7 +54,7 @@ static int32_t list_kept(const perp_world *world, int32_t first, perp__keyed *or
 /* What the last step made of contacts that are asleep, and of the others, in their order. */
 static perp_status merge_records(perp_world *world)
 {
-    const int32_t most = world->kept_included + world->last_included;
+    const int32_t most = world->sleeping_included + world->last_included;
     perp__keyed *order = perp__allocate(world->context, 2 * (size_t)most, sizeof *order);
     int32_t i, count = 0;
 
@@ -63,16 +63,16 @@ static perp_status merge_records(perp_world *world)
     count = list_kept(world, world->first_orphan, order, count);
     for (i = 0; i < world->pair_slots; i++)
         if (world->pairs[i].first >= 0)
-            count = list_kept(world, world->pairs[i].first_kept, order, count);
+            count = list_kept(world, world->pairs[i].first_sleeping, order, count);
     for (i = 0; i < world->last.count; i++)
-        if (world->last.ties[i].included) {
+        if (world->last.flags[i].included) {
             order[count].key = perp__contact_order(&world->last.contacts[i]);
             order[count++].value = i;
         }
     perp__sort(order, order + most, count);
     for (i = 0; i < count; i++)
         if (order[i].value < 0)
-            world->records[i] = world->kept[-1 - order[i].value].record;
+            world->records[i] = world->sleeping[-1 - order[i].value].record;
         else
             perp__write_record(&world->last, order[i].value, &world->records[i]);
     perp__release(world->context, order);
@@ -89,13 +89,14 @@ perp_status perp__write_records(perp_world *world)
     if (world->recorded)
         return PERP_OK;
     status = perp__grow(world->context, "the contacts", &world->record_capacity,
-                        world->kept_included + world->last_included, &array, 1);
+                        world->sleeping_included + world->last_included, &array, 1);
     /* what a round brings is listed where its bodies are, which is by islands */
-    if (status == PERP_OK && (world->kept_included > 0 || world->last.early < world->last.count)) {
+    if (status == PERP_OK &&
+        (world->sleeping_included > 0 || world->last.early < world->last.count)) {
         status = merge_records(world);
     } else if (status == PERP_OK) {
         for (i = 0; i < world->last.count; i++)
-            if (world->last.ties[i].included)
+            if (world->last.flags[i].included)
                 perp__write_record(&world->last, i, &world->records[count++]);
         world->record_count = count;
     }

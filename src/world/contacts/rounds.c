@@ -102,7 +102,7 @@ static perp_status join_pair(perp_world *world, perp__pair *pair, double h)
             set->count--;
             continue;
         }
-        set->ties[number].moved =
+        set->flags[number].moved =
             (int8_t)(pair->collision.time == 1.0 ||
                      (pair->collision.time > 0.0 && !(fabs(contact->gap) <= contact->rounding)));
         perp__prepare_contact(world, set, number);
@@ -235,18 +235,18 @@ int32_t perp__include_points(perp_world *world, double h, double deep)
     const int32_t before = set->included;
 
     for (int32_t i = 0; i < set->count && set->included < set->count; i++) {
-        perp__tie *tie = &set->ties[i];
+        perp__contact_flags *flag = &set->flags[i];
         /* else what was not due in the round before is not now */
         const int32_t is_moved = world->rounds == 0 ||
-                                 world->moved[tie->body[0]] >= world->rounds ||
-                                 world->moved[tie->body[1]] >= world->rounds;
+                                 world->moved[flag->body[0]] >= world->rounds ||
+                                 world->moved[flag->body[1]] >= world->rounds;
 
-        if (tie->included || !is_moved ||
-            !((tie->closed && deep == 0.0) || is_due(world, i, h, deep)))
+        if (flag->included || !is_moved ||
+            !((flag->closed && deep == 0.0) || is_due(world, i, h, deep)))
             continue;
-        tie->included = tie->fresh = 1;
+        flag->included = flag->fresh = 1;
         set->included++;
-        set->rubbing += tie->rubs;
+        set->rubbing += flag->rubs;
     }
     return set->included - before;
 }
@@ -305,7 +305,7 @@ static void collision_share(perp_world *world, perp__share *share, double h)
         turning = perp__turning(world, pair->body[0], pair->reach[0], h) +
                   perp__turning(world, pair->body[1], pair->reach[1], h);
         if (pair->joined >= MAX_JOINS || /* or a plane stays between them, across `apart` */
-            pair->collision.lead + perp__lesser(along, 0.0) - turning > 0.0)
+            pair->collision.clearance + perp__lesser(along, 0.0) - turning > 0.0)
             continue;
         if (has_points(pair) ? perp__pair_sinks(world, pair, h)
                              : perp__pair_collides(world, pair, h))

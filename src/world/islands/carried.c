@@ -29,12 +29,12 @@ int32_t perp__moves_with(const perp_world *world, const perp__carrying *carrying
 int32_t perp__find_carrying(const perp_world *world, const perp__island *island, int32_t moving,
                             perp__carrying *carrying)
 {
-    const int32_t ties = 2 * (island->contacts + island->joints);
+    const int32_t flags = 2 * (island->contacts + island->joints);
 
     carrying->motion = PERP__CARRIED_AT_REST;
     carrying->body = -1;
     carrying->parts = 0;
-    for (int32_t k = 0; k < ties && carrying->body < 0; k++) {
+    for (int32_t k = 0; k < flags && carrying->body < 0; k++) {
         const int32_t body = perp__tied_body(world, island, k);
 
         if (world->roles[body].dynamic || is_moving(world, body) < moving)
@@ -42,7 +42,7 @@ int32_t perp__find_carrying(const perp_world *world, const perp__island *island,
         carrying->motion = is_moving(world, body) ? PERP__CARRIED_ALONG : PERP__CARRIED_AT_REST;
         carrying->body = body;
     }
-    for (int32_t k = 0; k < ties && carrying->body >= 0 && !carrying->parts; k++) {
+    for (int32_t k = 0; k < flags && carrying->body >= 0 && !carrying->parts; k++) {
         const int32_t body = perp__tied_body(world, island, k);
 
         carrying->parts = body != carrying->body && !world->roles[body].dynamic &&
@@ -219,18 +219,18 @@ void perp__find_force(const perp_world *world, const perp__carrying *carrying, i
                       double t, const double *now, const double *free, double *force)
 {
     const double *R = world->motions[body].rotation, *I = world->bodies[body].inertia;
-    double carried[6], own[3], turned[3], change[3], momentum[3], gyroscopic[3];
+    double carried[6], local[3], turned[3], change[3], momentum[3], gyroscopic[3];
 
     perp__carried_twist(world, carrying, body, t, carried);
     /* The angular impulse that takes the body from the angular velocity `now` to the carried one in
      * a time t, without contacts: not that of the free motion, which turns, and so has gyroscopic
      * terms of its own. */
     perp__subtract3(change, now + 3, carried + 3);
-    perp__apply_transposed3(own, R, change);
-    perp__apply3(turned, I, own);
+    perp__apply_transposed3(local, R, change);
+    perp__apply3(turned, I, local);
     perp__apply3(force + 3, R, turned);
-    perp__apply_transposed3(own, R, carried + 3);
-    perp__apply3(turned, I, own);
+    perp__apply_transposed3(local, R, carried + 3);
+    perp__apply3(turned, I, local);
     perp__apply3(momentum, R, turned);
     perp__cross(gyroscopic, carried + 3, momentum);
     perp__add3(force + 3, t, world->states[body].torque);
@@ -257,7 +257,7 @@ static void lie(perp_world *world, const perp__island *island, const perp__carry
         perp__copy3(response->impulse, response->next);
         memset(response->velocity, 0, sizeof response->velocity);
         /* what slides freely stands along the normal alone */
-        if (!perp__step_tie(world, island, i)->rubs)
+        if (!perp__step_flags(world, island, i)->rubs)
             perp__relative_velocity(world, contact, PERP__TWIST_AFTER, response->velocity);
         response->velocity[0] = 0.0;
         response->mode = response->impulse[0] > 0.0 ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
@@ -275,14 +275,14 @@ static double last_unbalance(perp_world *world, const perp__island *island,
     memset(sums, 0, NUMBERS * (size_t)island->bodies * sizeof *sums);
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
-        const perp__tie *tie = perp__step_tie(world, island, i);
+        const perp__contact_flags *flag = perp__step_flags(world, island, i);
         perp__response *response = perp__step_response(world, island, i);
         const double *r = response->remembered, most = contact->friction * r[0];
 
         /* it may press as it did while nothing moves; sweeps take out what is deep */
         if (!(r[0] >= 0.0 && r[1] * r[1] + r[2] * r[2] <= most * most) ||
             (r[0] > 0.0 && !(contact->gap <= perp__closed_gap(world, contact))) ||
-            (swept && tie->deep))
+            (swept && flag->deep))
             return INFINITY;
         perp__copy3(response->next, r);
         press(world, contact, response->next, sums);
@@ -291,16 +291,16 @@ static double last_unbalance(perp_world *world, const perp__island *island,
         const int32_t body = world->body_order[island->first_body + i];
         const perp__motion *motion = &world->motions[body];
         const double length = perp__body_length(world, body), *sum = sums + NUMBERS * i;
-        double force[6], rest[6], own;
+        double force[6], rest[6], local;
 
         perp__find_force(world, carrying, body, world->step_length, motion->start, motion->free,
                          force);
         for (int32_t k = 0; k < 6; k++)
             rest[k] = force[k] + sum[k] / (k < 3 ? 1.0 : length);
-        own = perp__length2(perp__length3(rest), perp__length3(rest + 3));
-        if (own > 0.0)
+        local = perp__length2(perp__length3(rest), perp__length3(rest + 3));
+        if (local > 0.0)
             perp__raise_to(&left,
-                           own / (perp__length3(force) + perp__length3(force + 3) + sum[TERMS]));
+                           local / (perp__length3(force) + perp__length3(force + 3) + sum[TERMS]));
     }
     return left;
 }

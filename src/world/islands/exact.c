@@ -21,7 +21,7 @@ double perp__exact_tol(const perp_world *world)
 /* The word for the answer at tol. */
 static void say_outcome(perp__rigid_answer *answer, double tol)
 {
-    const perp__evidence evidence = {answer->tested, answer->own, answer->backward, 1};
+    const perp__evidence evidence = {answer->tested, answer->own_residual, answer->backward, 1};
 
     answer->outcome = perp__gate(&evidence, tol, answer->outcome);
 }
@@ -30,11 +30,11 @@ static void say_outcome(perp__rigid_answer *answer, double tol)
 
 double perp__mass_norm(const perp_world *world, int32_t body, const double *v)
 {
-    double twist[6], own[3], turning[3];
+    double twist[6], local[3], turning[3];
 
     perp__twist_of(world, v, twist);
-    perp__apply_transposed3(own, world->motions[body].rotation, twist + 3);
-    perp__apply3(turning, world->bodies[body].inverse_factor, own);
+    perp__apply_transposed3(local, world->motions[body].rotation, twist + 3);
+    perp__apply3(turning, world->bodies[body].inverse_factor, local);
     return perp__length2(sqrt(world->bodies[body].mass) * perp__length3(twist),
                          perp__length3(turning));
 }
@@ -98,7 +98,7 @@ static perp_status hold(perp_world *world, const perp__island *island, perp__rig
     perp__island_work *work = &world->work;
     const int32_t n = world->dof;
     const size_t numbers = (size_t)(n * island->bodies);
-    perp__evidence evidence = {answer->tested, answer->own, answer->backward, 1};
+    perp__evidence evidence = {answer->tested, answer->own_residual, answer->backward, 1};
     perp_outcome outcome;
     perp_status status;
 
@@ -117,7 +117,7 @@ static perp_status hold(perp_world *world, const perp__island *island, perp__rig
             change[k] = work->v[n * i + k] - work->solved[n * i + k];
         norm = perp__mass_norm(world, work->members[i], change);
         if (norm != 0.0)
-            perp__raise_to(&evidence.own, norm / work->strength[i]);
+            perp__raise_to(&evidence.own_residual, norm / work->strength[i]);
     }
     outcome = perp__gate(&evidence, problem->tol, answer->outcome);
     if (perp__is_good(outcome)) {
@@ -145,7 +145,7 @@ static perp_status solve(perp_world *world, const perp__island *island, perp__ri
 
     problem->enough = problem->tol;
     problem->tol = SHARPER * problem->enough;
-    problem->brief = thorough ? world->work.count > perp__level_of(world)->few &&
+    problem->quick = thorough ? world->work.count > perp__level_of(world)->few &&
                                     !perp__begins_standing(world, island, 0, &carrying)
                               : (problem->contacts > PERP__FEW_CONTACTS) * (1 + is_exact);
     if (!thorough && (limit == 0 || limit > QUICK))

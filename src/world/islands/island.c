@@ -7,10 +7,10 @@
 
 static int32_t joins(const perp__contact_set *set, int32_t i, int32_t pressing)
 {
-    const perp__tie *tie = &set->ties[i];
+    const perp__contact_flags *flag = &set->flags[i];
 
-    return tie->included &&
-           (!pressing || tie->pushes || !perp__is_zero3(set->responses[i].impulse));
+    return flag->included &&
+           (!pressing || flag->pushes || !perp__is_zero3(set->responses[i].impulse));
 }
 
 /* Numbers the islands and lists their bodies: roots come first in slot order, so a first pass
@@ -48,11 +48,11 @@ static void order_bodies(perp_world *world)
     }
 }
 
-static int32_t island_of(const perp_world *world, const perp__tie *tie)
+static int32_t island_of(const perp_world *world, const perp__contact_flags *flag)
 {
-    const int32_t a = world->roles[tie->body[0]].island;
+    const int32_t a = world->roles[flag->body[0]].island;
 
-    return a >= 0 ? a : world->roles[tie->body[1]].island;
+    return a >= 0 ? a : world->roles[flag->body[1]].island;
 }
 
 /* Lists the contacts of each island. */
@@ -62,7 +62,7 @@ static void order_contacts(perp_world *world, const perp__contact_set *set, int3
 
     for (int32_t i = 0; i < set->count; i++)
         if (joins(set, i, pressing))
-            world->islands[island_of(world, &set->ties[i])].contacts++;
+            world->islands[island_of(world, &set->flags[i])].contacts++;
     for (int32_t i = 0; i < world->island_count; i++) {
         world->islands[i].first_contact = offset;
         offset += world->islands[i].contacts;
@@ -73,11 +73,11 @@ static void order_contacts(perp_world *world, const perp__contact_set *set, int3
 
         if (!joins(set, i, pressing))
             continue;
-        island = &world->islands[island_of(world, &set->ties[i])];
+        island = &world->islands[island_of(world, &set->flags[i])];
         for (int32_t side = 0; side < 2; side++) {
-            const perp__role *role = &world->roles[set->ties[i].body[side]];
+            const perp__role *role = &world->roles[set->flags[i].body[side]];
 
-            set->ties[i].local[side] = role->dynamic ? role->local : -1;
+            set->flags[i].local[side] = role->dynamic ? role->local : -1;
         }
         world->contact_order[island->first_contact + island->contacts++] = i;
     }
@@ -141,9 +141,9 @@ perp_status perp__build_islands(perp_world *world, const perp__contact_set *set,
         world->roles[body].island = -1;
     }
     for (int32_t i = 0; i < set->count; i++) {
-        const int32_t a = set->ties[i].body[0], b = set->ties[i].body[1];
+        const int32_t a = set->flags[i].body[0], b = set->flags[i].body[1];
 
-        if (!set->ties[i].included)
+        if (!set->flags[i].included)
             continue;
         world->roles[a].touched = world->roles[b].touched = 1;
         if (joins(set, i, pressing) && world->roles[a].dynamic && world->roles[b].dynamic)

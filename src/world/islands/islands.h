@@ -30,10 +30,10 @@ static inline perp__world_contact *perp__step_contact(const perp_world *world,
     return &world->island_set->contacts[world->contact_order[island->first_contact + i]];
 }
 
-static inline perp__tie *perp__step_tie(const perp_world *world, const perp__island *island,
-                                        int32_t i)
+static inline perp__contact_flags *perp__step_flags(const perp_world *world,
+                                                    const perp__island *island, int32_t i)
 {
-    return &world->island_set->ties[world->contact_order[island->first_contact + i]];
+    return &world->island_set->flags[world->contact_order[island->first_contact + i]];
 }
 
 /* Body k of those that contacts, and after them joints, tie, two of each. */
@@ -42,7 +42,7 @@ static inline int32_t perp__tied_body(const perp_world *world, const perp__islan
 {
     const int32_t i = k / 2, joint = i - island->contacts;
 
-    return joint < 0 ? perp__step_tie(world, island, i)->body[k % 2]
+    return joint < 0 ? perp__step_flags(world, island, i)->body[k % 2]
                      : world->joints[world->joint_order[island->first_joint + joint]].body[k % 2];
 }
 

@@ -92,12 +92,12 @@ static int32_t is_kinematic(const perp_world *world, int32_t body)
 static int32_t stays(const perp_world *world, const perp__island *island)
 {
     const perp__island *last_one = world->islands + world->island_count - 1;
-    const double own = (double)island->bodies + island->contacts;
+    const double self = (double)island->bodies + island->contacts;
     const double others = (double)last_one->first_body + last_one->bodies +
-                          last_one->first_contact + last_one->contacts - own;
+                          last_one->first_contact + last_one->contacts - self;
 
     if (island->contacts >= PERP__GROUP * world->coloured.shared_from &&
-        others < SHARED * (world->lane_count - 1) * own)
+        others < SHARED * (world->lane_count - 1) * self)
         return 1;
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
@@ -118,17 +118,17 @@ static void solve_lane(int32_t k, void *data)
 {
     const job *at = data;
     perp__lane *lane = &at->world->lanes[k];
-    const perp_world own = lane->world;
+    const perp_world self = lane->world;
 
     /* the world as it is, with the lane's own things */
     lane->world = *at->world;
     lane->world.context = &lane->context;
-    lane->world.work = own.work;
-    lane->world.coloured = own.coloured;
-    lane->world.island_arena = own.island_arena;
-    lane->world.solver = own.solver;
-    lane->world.standing = own.standing;
-    lane->world.batch = own.batch;
+    lane->world.work = self.work;
+    lane->world.coloured = self.coloured;
+    lane->world.island_arena = self.island_arena;
+    lane->world.solver = self.solver;
+    lane->world.standing = self.standing;
+    lane->world.batch = self.batch;
     lane->last = -1;
     lane->status = perp__fit_island_work(&lane->world);
     if (lane->world.batch)
@@ -162,12 +162,12 @@ perp_status perp__solve_in_lanes(perp_world *world, double h, int32_t *last)
     /* those that lanes left, on the caller's thread */
     for (int32_t i = 0; i < (*last < 0 ? world->island_count : *last); i++) {
         int32_t ended = -1;
-        const perp_status own =
+        const perp_status self =
             stays(world, &world->islands[i]) ? perp__solve_one(world, i, h, &ended) : PERP_OK;
 
         if (ended < 0)
             continue;
-        status = own;
+        status = self;
         *last = ended;
     }
     status = perp__end_solving(world, h, status, last);

@@ -87,7 +87,7 @@ perp_status perp__keep_sweep(perp_world *world, const perp__island *island, doub
     verdict->sketched =
         !verdict->stands &&
         (perp__is_sketch(world) || (perp__is_few(world, island, perp__level_of(world)->few) &&
-                                    (!perp__is_good(verdict->outcome) || verdict->settles)));
+                                    (!perp__is_good(verdict->outcome) || verdict->may_rest)));
     if (world->sketches || !verdict->sketched)
         return PERP_OK;
     return follow(world, island, h, 0, before, verdict);
@@ -177,12 +177,12 @@ void perp__conclude_one(perp_world *world, int32_t number, double h, perp__verdi
     for (int32_t k = 0; k < island->contacts; k++) {
         const int32_t at = world->contact_order[island->first_contact + k];
 
-        world->contacts.ties[at].fresh = 0;
+        world->contacts.flags[at].fresh = 0;
         if (island->joints == 0 && world->contacts.responses[at].impulse[0] > 0.0)
             verdict->rough |= turns_far(world, at, h);
         if (!verdict->stands)
             memset(world->contacts.responses[at].base, 0, 3 * sizeof(double));
-        if (!verdict->stands || !world->contacts.ties[at].repeats) /* else it was looked at */
+        if (!verdict->stands || !world->contacts.flags[at].repeats) /* else it was looked at */
             verdict->endless += !perp__is_finite_contact(&world->contacts, at);
     }
     for (int32_t k = 0; k < island->bodies; k++) {
@@ -209,7 +209,7 @@ perp_status perp__solve_one(perp_world *world, int32_t number, double h, int32_t
 
     island->spent = 0;
     for (int32_t i = 0; i < island->contacts; i++)
-        fresh += perp__step_tie(world, island, i)->fresh;
+        fresh += perp__step_flags(world, island, i)->fresh;
     world->budget.contacts -= island->contacts + island->joints;
     if (fresh == 0 && (!verdict.sketched || world->sketches))
         return PERP_OK;
@@ -233,12 +233,12 @@ perp_status perp__solve_one(perp_world *world, int32_t number, double h, int32_t
 perp_status perp__end_solving(perp_world *world, double h, perp_status status, int32_t *last)
 {
     int32_t ended = -1;
-    const perp_status own = world->batch ? perp__sweep_batch(world, h, &ended) : PERP_OK;
+    const perp_status swept = world->batch ? perp__sweep_batch(world, h, &ended) : PERP_OK;
 
     if (ended < 0 || (*last >= 0 && *last < ended))
         return status;
     *last = ended;
-    return own;
+    return swept;
 }
 
 /* Solves the islands to which contacts came. Stops at a ray. */

@@ -67,7 +67,7 @@ static int32_t write_unit(const perp_world *world, const perp__island *island, i
         unit->tangents = rows->dim - 1;
         if (rows->bias[0] * world->step_length >
                 (ignores ? 0.0 : perp__closed_gap(world, contact)) ||
-            perp__step_tie(world, island, work->chosen[i])->moved)
+            perp__step_flags(world, island, work->chosen[i])->moved)
             unit->rows = unit->tangents = 0;
         return rows->bias[0] >= 0.0;
     }
@@ -97,7 +97,7 @@ static int32_t is_of_other(const perp_world *world, const perp__island *island,
                            const perp__carrying *carrying, int32_t i)
 {
     const int32_t k = i - world->work.count;
-    const int32_t *body = k < 0 ? perp__step_tie(world, island, world->work.chosen[i])->body
+    const int32_t *body = k < 0 ? perp__step_flags(world, island, world->work.chosen[i])->body
                                 : world->joints[world->work.joint_units[k].joint].body;
 
     return carrying && carrying->parts &&
@@ -121,17 +121,17 @@ int32_t perp__gather_standing(perp_world *world, const perp__island *island,
 {
     const int32_t partly = carrying && carrying->motion == PERP__CARRIED_PARTLY;
     perp__island_work *work = &world->work;
-    perp__statics_rows *own = &work->stand_rows;
+    perp__statics_rows *rows = &work->stand_rows;
     int32_t links = 0;
     size_t at = 0;
 
-    own->size = 0;
+    rows->size = 0;
     for (int32_t i = 0; i < work->units; i++) {
         perp__statics_unit *unit = &work->stand_units[i];
         int32_t from;
 
         memset(unit, 0, sizeof *unit);
-        unit->row = own->size;
+        unit->row = rows->size;
         if (partly && moves(world, island, i))
             continue;
         if (!write_unit(world, island, i, ignores, unit, &from) && !ignores)
@@ -147,15 +147,15 @@ int32_t perp__gather_standing(perp_world *world, const perp__island *island,
         link_unit(world, island, i, from, unit, &links, &at);
         if (unit->links == 0)
             unit->rows = 0;
-        own->size += unit->rows;
+        rows->size += unit->rows;
     }
-    own->width = world->dof;
-    own->nodes = island->bodies;
-    own->units = work->units;
-    own->links = links;
-    own->unit = work->stand_units;
-    own->link = work->stand_links;
-    own->values = work->stand_values;
+    rows->width = world->dof;
+    rows->nodes = island->bodies;
+    rows->units = work->units;
+    rows->links = links;
+    rows->unit = work->stand_units;
+    rows->link = work->stand_links;
+    rows->values = work->stand_values;
     return 1;
 }
 
@@ -185,17 +185,17 @@ static void find_forces(perp_world *world, const perp__island *island,
 /* Four words side by side: each chain's products wait for nothing but its own. */
 static void mix(uint64_t *key, const void *data, size_t bytes)
 {
-    uint64_t own[PERP__STANDING_WORDS], word;
+    uint64_t rows[PERP__STANDING_WORDS], word;
 
-    memcpy(own, key, sizeof own);
+    memcpy(rows, key, sizeof rows);
     for (size_t at = 0; at < bytes / sizeof word; at++) {
-        uint64_t *to = &own[at % PERP__STANDING_WORDS];
+        uint64_t *to = &rows[at % PERP__STANDING_WORDS];
 
         memcpy(&word, (const char *)data + at * sizeof word, sizeof word);
         *to = (*to ^ word) * 0x9E3779B97F4A7C15u;
         *to ^= *to >> 29;
     }
-    memcpy(key, own, sizeof own);
+    memcpy(key, rows, sizeof rows);
 }
 
 /* Of the contacts' keys, and of what was decided of them. Returns 0 where nothing was, or of other
@@ -210,25 +210,25 @@ static int32_t find_key(const perp_world *world, const perp__island *island, int
         key[i] = 0x243F6A8885A308D3u + (uint64_t)i;
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
-        perp__tie *tie = perp__step_tie(world, island, i);
+        perp__contact_flags *flag = perp__step_flags(world, island, i);
         const double *base = perp__step_response(world, island, i)->base;
-        uint64_t own[5] = {(uint64_t)(uint32_t)tie->local[0] << 32 | (uint32_t)tie->local[1]};
+        uint64_t rows[5] = {(uint64_t)(uint32_t)flag->local[0] << 32 | (uint32_t)flag->local[1]};
 
-        if (tie->moved || (swept && tie->deep) ||
-            (base[0] > 0.0 && !tie->closed && perp__open_gap(contact, contact->gap) > 0.0))
+        if (flag->moved || (swept && flag->deep) ||
+            (base[0] > 0.0 && !flag->closed && perp__open_gap(contact, contact->gap) > 0.0))
             return 0;
         any |= base[0] > 0.0;
-        if (tie->key == 0) { /* of what its rows are made of, tangents from the normal; never 0 */
+        if (flag->key == 0) { /* of what its rows are made of, tangents from the normal; never 0 */
             uint64_t k[PERP__STANDING_WORDS] = {1, 2, 3, 4};
 
             mix(k, contact->arms,
                 offsetof(perp__world_contact, axes[1]) - offsetof(perp__world_contact, arms));
             mix(k, &contact->friction, sizeof contact->friction);
-            tie->key = (k[0] + 3 * k[1] + 5 * k[2] + 7 * k[3]) | 1;
+            flag->key = (k[0] + 3 * k[1] + 5 * k[2] + 7 * k[3]) | 1;
         }
-        own[1] = tie->key;
-        memcpy(own + 2, base, 3 * sizeof *base);
-        mix(key, own, sizeof own);
+        rows[1] = flag->key;
+        memcpy(rows + 2, base, 3 * sizeof *base);
+        mix(key, rows, sizeof rows);
     }
     for (int32_t i = 0; i < island->bodies; i++) {
         const double length = perp__body_length(world, world->body_order[island->first_body + i]);
@@ -326,7 +326,7 @@ perp_status perp__stand_as_decided(perp_world *world, const perp__island *island
     memcpy(world->standing->key[world->standing->last], key, sizeof key);
     *unbalance = answer.unbalance;
     for (int32_t i = 0; i < island->contacts; i++) {
-        const int32_t rubs = perp__step_tie(world, island, i)->rubs;
+        const int32_t rubs = perp__step_flags(world, island, i)->rubs;
         const int32_t rows = !rubs ? 1 : world->settings.planar ? 2 : 3;
         double *next = perp__step_response(world, island, i)->next;
 
@@ -451,7 +451,7 @@ static int32_t part(perp_world *world, const perp__island *island, int32_t slowl
     }
     for (int32_t i = 0; i < work->count && may && swept; i++)
         may = !perp__is_deep(perp__step_contact(world, island, i)) ||
-              perp__step_tie(world, island, i)->moved || moves(world, island, i);
+              perp__step_flags(world, island, i)->moved || moves(world, island, i);
     return may;
 }
 
@@ -472,14 +472,15 @@ perp_status perp__stand_partly(perp_world *world, const perp__island *island, in
         find_forces(world, island, &partly, 0.0, work->v, work->v);
         for (int32_t i = 0; i < 2 * work->units; i++) {
             const perp__rigid_rows *rows = &work->rows[i / 2];
-            const int32_t own = rows->body[i % 2];
+            const int32_t rows = rows->body[i % 2];
 
-            for (int32_t j = 0; j < n && own >= 0 && work->stand_units[i / 2].links > 0; j++)
+            for (int32_t j = 0; j < n && rows >= 0 && work->stand_units[i / 2].links > 0; j++)
                 for (int32_t k = 0; k < rows->dim; k++)
-                    work->stand_forces[n * own + j] -=
+                    work->stand_forces[n * rows + j] -=
                         rows->rows[i % 2][k][j] * work->impulse[3 * (i / 2) + k] *
-                        (j < (n == 6 ? 3 : 2) ? 1.0
-                                              : 1.0 / perp__body_length(world, work->members[own]));
+                        (j < (n == 6 ? 3 : 2)
+                             ? 1.0
+                             : 1.0 / perp__body_length(world, work->members[rows]));
         }
         status = decide(world, &answer, &statics);
     }

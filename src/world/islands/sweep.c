@@ -166,7 +166,8 @@ int32_t perp__is_deep(const perp__world_contact *contact)
 static int32_t has_deep(const perp_world *world, const perp__island *island)
 {
     for (int32_t i = 0; i < island->contacts; i++)
-        if (!perp__step_tie(world, island, i)->moved && /* what a motion would take there is not */
+        if (!perp__step_flags(world, island, i)
+                 ->moved && /* what a motion would take there is not */
             perp__is_deep(perp__step_contact(world, island, i)))
             return 1;
     return 0;
@@ -276,7 +277,7 @@ perp_status perp__end_sweep(perp_world *world, const perp__island *island, doubl
     perp_status status = PERP_OK;
 
     if (!verdict->stands) {
-        verdict->settles = sweeping->carried; /* so near to rest */
+        verdict->may_rest = sweeping->carried; /* so near to rest */
         verdict->impacts = has_impacts(world, island);
         if (verdict->impacts)
             status = bounce(world, island, answer, problem, &sweeping->step);

@@ -46,7 +46,7 @@ static int32_t shut_contacts(perp_world *world, const perp__island *island, int3
 
         if (!work->hit[i] && gap + way < -deep &&
             -way > (opens ? fmax(deep, perp__cleared(-gap, 0.5 * deep)) : 0.0)) {
-            perp__step_tie(world, island, i)->pushes = 1;
+            perp__step_flags(world, island, i)->pushes = 1;
             came += work->hit[i] = 1;
         }
     }

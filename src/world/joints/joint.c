@@ -394,7 +394,7 @@ perp_status perp_world_remove_joint(perp_world *world, perp_joint joint)
 
 static perp_status get_joint(const perp_world *world, perp_joint_state *state, perp_joint id)
 {
-    perp_joint_state own;
+    perp_joint_state copy;
     perp__joint_view view;
     const perp__joint *joint;
     const perp__joint_state *laws;
@@ -406,26 +406,26 @@ static perp_status get_joint(const perp_world *world, perp_joint_state *state, p
         return status;
     joint = &world->joints[slot];
     laws = &world->joint_states[slot];
-    own = laws->last;
-    own.struct_size = sizeof own;
+    copy = laws->last;
+    copy.struct_size = sizeof copy;
     perp__view_of_states(world, joint, world->states, laws->coordinate, &view);
-    own.position = view.coordinate;
-    own.speed = 0.0;
+    copy.position = view.coordinate;
+    copy.speed = 0.0;
     for (int32_t side = 0; side < 2; side++) {
         const perp__state *moving = &world->states[joint->body[side]];
         const double *row = view.rows[PERP__JOINT_ROWS][side];
 
-        own.speed += perp__dot3(row, moving->velocity);
-        own.speed += perp__dot3(row + 3, moving->angular_velocity);
+        copy.speed += perp__dot3(row, moving->velocity);
+        copy.speed += perp__dot3(row + 3, moving->angular_velocity);
     }
-    own.lower = laws->lower;
-    own.upper = laws->upper;
-    own.motor_speed = laws->speed;
-    own.motor_force = laws->force;
-    own.friction = laws->friction;
-    perp__copy3(own.anchor, world->states[joint->body[1]].position);
-    perp__add3(own.anchor, 1.0, view.arms[1]);
-    perp__struct_write(state, &own, sizeof own);
+    copy.lower = laws->lower;
+    copy.upper = laws->upper;
+    copy.motor_speed = laws->speed;
+    copy.motor_force = laws->force;
+    copy.friction = laws->friction;
+    perp__copy3(copy.anchor, world->states[joint->body[1]].position);
+    perp__add3(copy.anchor, 1.0, view.arms[1]);
+    perp__struct_write(state, &copy, sizeof copy);
     return PERP_OK;
 }
 

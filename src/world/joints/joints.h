@@ -94,7 +94,7 @@ perp_status perp__swing(perp_world *world, const perp__island *island, perp__ver
 void perp__end_swing(perp_world *world, const perp__island *island, double t,
                      perp__verdict *verdict);
 /* What its velocities are worth: those in which nothing moves are 0 then. */
-void perp__judge_equations(perp_world *world, const perp__island *island, double tested,
+void perp__check_equations(perp_world *world, const perp__island *island, double tested,
                            perp__verdict *verdict);
 
 /* work.v := the velocities next to work.free, in the metric of M, that meet all units at hand,

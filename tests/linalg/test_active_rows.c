@@ -3,7 +3,7 @@
 
 #include "suite.h"
 
-#include "linalg/held_rows.h"
+#include "linalg/active_rows.h"
 
 /* (1, 0, 0) . x = 2 and (0.6, 0.8, 0) . x = 2 have the point (2, 1, 0) of least norm. */
 static void test_rows_that_are_no_numbers(void **state)
@@ -17,14 +17,14 @@ static void test_rows_that_are_no_numbers(void **state)
         for (place = 0; place < 3; place++) {
             double rows[9] = {0}, targets[3], norms[3], basis[9], x[3];
             int32_t taken[3], at = 0, i;
-            perp__held_rows held = {.n = 3,
-                                    .count = 3,
-                                    .rows = rows,
-                                    .targets = targets,
-                                    .norms = norms,
-                                    .taken = taken,
-                                    .basis = basis,
-                                    .particular = x};
+            perp__active_rows held = {.n = 3,
+                                      .count = 3,
+                                      .rows = rows,
+                                      .targets = targets,
+                                      .norms = norms,
+                                      .taken = taken,
+                                      .basis = basis,
+                                      .particular = x};
 
             for (i = 0; i < 3; i++) {
                 double *row = rows + 3 * i;
@@ -37,7 +37,7 @@ static void test_rows_that_are_no_numbers(void **state)
                     row[1] = at++ == 0 ? 0.0 : 0.8;
                 }
             }
-            perp__held_rows_solve(&held);
+            perp__active_rows_solve(&held);
             assert_int_equal(held.rank, 2);
             assert_int_equal(taken[place], 0);
             assert_true(fabs(x[0] - 2.0) <= 1e-15 && fabs(x[1] - 1.0) <= 1e-15 && x[2] == 0.0);
