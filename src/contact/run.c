@@ -27,18 +27,6 @@ static void copy_all(const perp_contact_copy *copies, int32_t count, int64_t fro
     }
 }
 
-/* The mass with what the simulator's integrator takes implicitly, and the state as it was. */
-static void make_metric(const perp_contact_run *run, double h)
-{
-    copy_all(run->kept, run->kept_count, 0, 0);
-    run->metric(run->model, run->data);
-    for (int32_t k = 0; k < run->kept_count; k++)
-        memcpy(run->kept[k].source, run->kept[k].to,
-               (size_t)run->kept[k].count * sizeof *run->kept[k].to);
-    for (int32_t k = 0; k < run->metric_count; k++)
-        run->metric_mass[k] = run->metric_M[k] - h * run->metric_D[run->metric_places[k]];
-}
-
 /* Whether the caller wants to look at an answer: where another one might be at rest. */
 static int32_t wants_look(perp_contact_run *run, const perp_contact_step *s, int32_t bounded,
                           int32_t was_warm)
@@ -190,8 +178,16 @@ perp_status perp_contact_solver_run(perp_contact_solver *solver, perp_contact_ru
         if (run->phase == PERP_CONTACT_PHASE_BEGIN) {
             copy_all(run->inputs, run->input_count, run->done, 0);
             call_stages(run, run->before, run->before_count);
-            if (run->metric)
-                make_metric(run, step->h);
+            if (run->metric) { /* the mass with what its integrator takes implicitly */
+                copy_all(run->kept, run->kept_count, 0, 0);
+                run->metric(run->model, run->data);
+            }
+            for (int32_t k = 0; run->metric && k < run->kept_count; k++) /* the state as it was */
+                memcpy(run->kept[k].source, run->kept[k].to,
+                       (size_t)run->kept[k].count * sizeof *run->kept[k].to);
+            for (int32_t k = 0; run->metric && k < run->metric_count; k++)
+                run->metric_mass[k] =
+                    run->metric_M[k] - step->h * run->metric_D[run->metric_places[k]];
             run->phase = PERP_CONTACT_PHASE_SOLVE;
         }
         if (run->phase == PERP_CONTACT_PHASE_SOLVE) {

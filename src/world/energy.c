@@ -139,8 +139,23 @@ static double take_from_ways(perp_world *world, const perp__island *island, doub
     return perp__energy_given(world, island);
 }
 
-/* The next velocities without friction. */
-static void leave_friction(perp_world *world, const perp__island *island)
+/* Whether contact i is of a body that the step leaves at rest: its impulses balance. */
+static int32_t rests(const perp_world *world, const perp__island *island, int32_t i)
+{
+    const perp__world_contact *contact = perp__step_contact(world, island, i);
+    int32_t any = 0;
+
+    for (int32_t side = 0; side < 2; side++) {
+        const int32_t body = side == 0 ? contact->body_a : contact->body_b;
+
+        any |= perp__is_dynamic(world, body) && perp__is_zero3(world->motions[body].shift) &&
+               perp__is_zero3(world->motions[body].shift + 3);
+    }
+    return any;
+}
+
+/* The next velocities without impulses that may give less, but for those along the normals. */
+static void leave_impulses(perp_world *world, const perp__island *island, int32_t friction)
 {
     for (int32_t i = 0; i < 2 * island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i / 2);
@@ -148,9 +163,9 @@ static void leave_friction(perp_world *world, const perp__island *island)
         const double *r = perp__step_response(world, island, i / 2)->impulse;
         double row[6], moment[3] = {0.0}, seen[3];
 
-        if (!perp__is_dynamic(world, body))
+        if (!perp__is_dynamic(world, body) || rests(world, island, i / 2))
             continue;
-        for (int32_t k = 1; k < 3; k++) {
+        for (int32_t k = friction; k < 3; k++) {
             perp__contact_row(contact, i % 2, k, row);
             perp__add3(world->next[body].velocity, -r[k] * world->bodies[body].inverse_mass, row);
             perp__add3(moment, -r[k], row + 3);
@@ -180,11 +195,8 @@ static double take_impulses(perp_world *world, const perp__island *island, doubl
 
         perp__copy3(motion->shift, next->velocity);
         perp__copy3(motion->shift + 3, next->angular_velocity);
-        perp__copy3(next->velocity, friction ? motion->shift : motion->free);
-        perp__copy3(next->angular_velocity, (friction ? motion->shift : motion->free) + 3);
     }
-    if (friction)
-        leave_friction(world, island);
+    leave_impulses(world, island, friction);
     slope -= perp__kinetic_beside(world, island, frame);
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
@@ -218,7 +230,7 @@ static double take_impulses(perp_world *world, const perp__island *island, doubl
         }
     }
     for (int32_t i = 0; i < 3 * island->contacts; i++)
-        if (!friction || i % 3 > 0)
+        if ((!friction || i % 3 > 0) && !rests(world, island, i / 3))
             perp__step_response(world, island, i / 3)->impulse[i % 3] *= 1.0 - t;
     /* u + t (q - u) misses by t beside what drives it, and by no more than t d */
     if (verdict->swept)

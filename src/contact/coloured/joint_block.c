@@ -39,20 +39,6 @@ void perp__coloured_row(const perp__rigid_problem *problem, const perp__rigid_ro
             P[j] += J[k] * C[3 * k + j];
 }
 
-/* Row i of the unit g as row n of the block. What moves by itself has the number behind the others,
- * whose y are 0. */
-static void read_row(perp__joint_block *b, const perp__rigid_problem *problem,
-                     const perp__rigid_rows *g, int32_t i, int32_t n)
-{
-    memset(b->P + 16 * n, 0, 16 * sizeof *b->P);
-    for (int32_t side = 0; side < 2; side++) {
-        const int32_t body = g->body[side];
-
-        b->body[2 * n + side] = perp__rigid_moves(problem, body) ? body : problem->bodies;
-        perp__coloured_row(problem, g, side, i, b->P + 16 * n + 8 * side, &b->w[n]);
-    }
-}
-
 /* Rows of one pair of bodies are a node: where its lanes are; of unit length, but for those of
  * which impulses move nothing. */
 static void form_nodes(perp__joint_block *b)
@@ -105,7 +91,13 @@ perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context
             b->r[n] = b->last[n] = problem->warm ? problem->warm[3 * k + i] : 0.0;
             if (keeps)
                 continue;
-            read_row(b, problem, g, i, n);
+            /* what moves by itself has the number behind the others, whose y are 0 */
+            memset(b->P + 16 * n, 0, 16 * sizeof *b->P);
+            for (int32_t side = 0; side < 2; side++) {
+                b->body[2 * n + side] =
+                    perp__rigid_moves(problem, g->body[side]) ? g->body[side] : problem->bodies;
+                perp__coloured_row(problem, g, side, i, b->P + 16 * n + 8 * side, &b->w[n]);
+            }
             /* the next lane of its node, or the first one of the next */
             b->lane[n] =
                 n > 0 && (last + 1) % PERP__NODE != 0 && body[0] == body[-2] && body[1] == body[-1]

@@ -41,15 +41,12 @@ static void lay_out_tiles(perp__arena *arena, void *object)
 perp_status perp__joint_factor_open(perp__joint_factor *f, perp_context *context, int32_t nodes,
                                     int32_t bodies)
 {
-    size_t sizes[2];
-
     f->nodes = nodes;
     f->bodies = bodies;
     perp__raise_room(&f->most_nodes, nodes);
     perp__raise_room(&f->most_bodies, bodies);
-    sizes[0] = (size_t)f->most_nodes;
-    sizes[1] = (size_t)f->most_bodies;
-    return perp__arena_fit_sizes(&f->arena, context, lay_out_nodes, f, f->fitted, sizes, 2);
+    return perp__arena_fit_sizes(&f->arena, context, lay_out_nodes, f, f->fitted,
+                                 (size_t[]){(size_t)f->most_nodes, (size_t)f->most_bodies}, 2);
 }
 
 /* ---- pattern ---- */

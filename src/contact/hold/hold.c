@@ -28,7 +28,6 @@ perp_status perp__hold_fit(perp__hold *h, const perp__bodies *b)
     const int32_t n = b->blocks * b->width, most = n < PERP__HOLD_COLUMNS ? n : PERP__HOLD_COLUMNS;
     int32_t single = 0, least = b->width;
     double shared;
-    size_t sizes[6];
 
     /* the most that a cluster may need, of two blocks at least or of one, whatever holds */
     for (int32_t k = 0; k < b->blocks; k++) {
@@ -44,13 +43,10 @@ perp_status perp__hold_fit(perp__hold *h, const perp__bodies *b)
     h->room_rows = (size_t)b->size;
     h->room_columns = most > b->width ? (size_t)most : width;
     h->room_entries = (size_t)fmax(shared, (double)single * b->width);
-    sizes[0] = (size_t)b->constraints;
-    sizes[1] = blocks;
-    sizes[2] = blocks * width * width;
-    sizes[3] = h->room_rows;
-    sizes[4] = h->room_columns;
-    sizes[5] = h->room_entries;
-    return perp__arena_fit_sizes(&h->arena, b->context, lay_out, h, h->fitted, sizes, 6);
+    return perp__arena_fit_sizes(&h->arena, b->context, lay_out, h, h->fitted,
+                                 (size_t[]){(size_t)b->constraints, blocks, blocks * width * width,
+                                            h->room_rows, h->room_columns, h->room_entries},
+                                 6);
 }
 
 /* ---- carriers -------------------------------------------------------------------------------- */
@@ -442,14 +438,6 @@ static inline int32_t take_up_row(perp__hold *h, int32_t block, const double *ro
     return 1;
 }
 
-static int32_t take_up(perp__hold *h, int32_t block, const double *row)
-{
-    return h->bodies->width == 6 ? take_up_row(h, block, row, 6)
-           : h->bodies->width == 3
-               ? take_up_row(h, block, row, 3)
-               : take_up_row(h, block, row, perp__bodies_unknowns(h->bodies, block));
-}
-
 /* A constraint all blocks of which are held but one, which takes up its rows until there are
  * enough. */
 static void visit(perp__hold *h, int32_t constraint, int32_t *tail)
@@ -468,7 +456,9 @@ static void visit(perp__hold *h, int32_t constraint, int32_t *tail)
     root = h->pushed[constraint] ? PERP__HOLD_SEVERAL : root_beside(h, constraint, block);
     row = b->values + b->piece_values[piece];
     for (int32_t i = 0; i < h->holds[constraint] && h->rank[block] < most; i++, row += b->width) {
-        if (!take_up(h, block, row))
+        if (!(b->width == 6   ? take_up_row(h, block, row, 6)
+              : b->width == 3 ? take_up_row(h, block, row, 3)
+                              : take_up_row(h, block, row, most)))
             continue;
         if (h->source[block] == PERP__HOLD_UNSET)
             h->source[block] = root;

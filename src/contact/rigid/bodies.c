@@ -80,7 +80,6 @@ PERP__MULTIVERSION(add, (perp__bodies * b, const perp__rigid_problem *problem), 
 perp_status perp__bodies_setup_rigid(perp__bodies *b, const perp__rigid_problem *problem)
 {
     perp_status status;
-    size_t sizes[5];
 
     b->contacts = problem->contacts;
     b->size = b->constraints = 0;
@@ -98,13 +97,11 @@ perp_status perp__bodies_setup_rigid(perp__bodies *b, const perp__rigid_problem 
     b->most_rows = 3;
     b->pieces = 2 * (int64_t)b->constraints; /* at most */
     b->entries = 2 * (int64_t)b->size * b->width;
-    sizes[0] = (size_t)b->constraints;
-    sizes[1] = (size_t)b->size;
-    sizes[2] = (size_t)b->size * (size_t)b->width;
-    sizes[3] = (size_t)b->blocks;
-    sizes[4] = (size_t)b->n;
-    status =
-        perp__arena_fit_sizes(&b->constraints_arena, b->context, layout, b, b->fitted, sizes, 5);
+    status = perp__arena_fit_sizes(&b->constraints_arena, b->context, layout, b, b->fitted,
+                                   (size_t[]){(size_t)b->constraints, (size_t)b->size,
+                                              (size_t)b->size * (size_t)b->width, (size_t)b->blocks,
+                                              (size_t)b->n},
+                                   5);
     if (status != PERP_OK)
         return status;
     for (int32_t k = 0, row = 0; k < problem->contacts + problem->joints; k++)

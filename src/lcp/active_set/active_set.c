@@ -160,21 +160,6 @@ static exchange find_exchange(perp__active_set *work, const int8_t *places, cons
     return e;
 }
 
-/* The rows that are outside of their bounds: their weights and, with the penalty's force added to
- * them, w. */
-static void penalise(perp__active_set *work, int8_t *places, const double *z, double penalty)
-{
-    const perp__lcp_problem *p = work->common.problem;
-
-    perp__places_of(p, z, places);
-    for (int32_t i = 0; i < p->n; i++) {
-        const double bound = perp__clamp(z[i], p->lower[i], p->upper[i]);
-
-        work->weights[i] = places[i] == PERP__BETWEEN ? 0.0 : penalty;
-        work->step[i] = work->w[i] + work->weights[i] * (z[i] - bound);
-    }
-}
-
 /* The index set for large penalties, from that of small ones, by one step of Newton's method for
  * each: Hintermueller & Kunisch, "Path-following methods for a class of constrained minimization
  * problems in function space", SIAM J. Optim. 17 (2006) 159. The scaled matrix is about 1, where
@@ -192,7 +177,12 @@ static perp_status follow_penalty(perp__active_set *work, perp__lcp_iterate *ite
     }
     for (double penalty = SMALL_PENALTY; penalty <= 1.0 && iterate->outcome < 0; penalty *= 4.0) {
         multiply(work, z);
-        penalise(work, iterate->places, z, penalty);
+        perp__places_of(p, z, iterate->places);
+        for (int32_t i = 0; i < p->n; i++) { /* what is outside of its bounds is pushed back */
+            work->weights[i] = iterate->places[i] == PERP__BETWEEN ? 0.0 : penalty;
+            work->step[i] = work->w[i] +
+                            work->weights[i] * (z[i] - perp__clamp(z[i], p->lower[i], p->upper[i]));
+        }
         status = perp__sparse_block_factor_with(p->block, work->active, p->n, work->weights);
         if (status != PERP_OK)
             return status;

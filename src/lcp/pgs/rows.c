@@ -79,15 +79,6 @@ static void read_dense(perp__rows *rows, const perp__lcp_problem *problem, const
     rows->entries = (size_t)(values - rows->values);
 }
 
-/* The rows of the compressed columns. */
-static void read_sparse(perp__rows *rows, const perp__lcp_problem *problem, const double *step)
-{
-    perp__transpose_csc(problem->M, rows->row_starts, rows->row_columns, rows->row_values);
-    for (int32_t i = 0; i < rows->n; i++)
-        for (int32_t p = rows->row_starts[i]; p < rows->row_starts[i + 1]; p++)
-            rows->row_values[p] = entry_of(step[i], rows->row_values[p]);
-}
-
 /* Sparse rows into slices: the entries of a slice's eight rows are met diagonal by diagonal, and
  * each diagonal becomes a contiguous slot if at least four of them have it. The others are packed
  * into gathered slots of at least four entries, and the rest into slots of one row. */
@@ -247,7 +238,10 @@ void perp__rows_read(perp__rows *rows, const perp__lcp_problem *problem, const d
         read_dense(rows, problem, step);
         return;
     }
-    read_sparse(rows, problem, step);
+    perp__transpose_csc(problem->M, rows->row_starts, rows->row_columns, rows->row_values);
+    for (int32_t i = 0; i < rows->n; i++)
+        for (int32_t p = rows->row_starts[i]; p < rows->row_starts[i + 1]; p++)
+            rows->row_values[p] = entry_of(step[i], rows->row_values[p]);
     /* Block by block, the farthest rows whose z it needs or which need its own. */
     for (int32_t b = 0; b * PERP__BLOCK < rows->count; b++)
         rows->blocks[b].reach = b;

@@ -84,20 +84,6 @@ perp_status perp__wait_for_sweep(perp_world *world, int32_t number, double h,
     return status;
 }
 
-/* Goes on from the sweeps. */
-static perp_status end_wait(perp_world *world, perp__waiting *waiting, double h)
-{
-    const perp__island *island = &world->islands[waiting->island];
-    perp_status status;
-
-    exchange(world, waiting);
-    perp__take_sweep(world, island, &waiting->sweeping);
-    status = perp__end_sweep(world, island, h, &waiting->verdict, &waiting->sweeping);
-    exchange(world, waiting);
-    PERP__THEN(status, perp__keep_sweep(world, island, h, &waiting->before, &waiting->verdict));
-    return status;
-}
-
 perp_status perp__sweep_batch(perp_world *world, double h, int32_t *last)
 {
     perp__coloured_part parts[PERP__BATCH_ISLANDS];
@@ -120,9 +106,14 @@ perp_status perp__sweep_batch(perp_world *world, double h, int32_t *last)
     }
     for (int32_t k = 0; k < count && status == PERP_OK && *last < 0; k++) {
         perp__waiting *waiting = &world->batch->waiting[k];
+        const perp__island *island = &world->islands[waiting->island];
         const int64_t spent = world->budget.spent;
 
-        status = end_wait(world, waiting, h);
+        exchange(world, waiting);
+        perp__take_sweep(world, island, &waiting->sweeping);
+        status = perp__end_sweep(world, island, h, &waiting->verdict, &waiting->sweeping);
+        exchange(world, waiting);
+        PERP__THEN(status, perp__keep_sweep(world, island, h, &waiting->before, &waiting->verdict));
         perp__conclude_one(world, waiting->island, h, &waiting->verdict, status, last);
         world->islands[waiting->island].spent += world->budget.spent - spent;
     }

@@ -84,6 +84,10 @@ void perp__carried_twist(const perp_world *world, const perp__carrying *carrying
     const double *of;
     double arm[3], turned[3];
 
+    if (carrying->motion == PERP__CARRIED_PARTLY) {
+        perp__twist_of(world, world->work.still + world->dof * world->roles[body].local, twist);
+        return;
+    }
     if (carrying->body < 0 ? carrying->motion != PERP__CARRIED_ON
                            : carrying->motion == PERP__CARRIED_AT_REST && t >= 0.0) {
         memset(twist, 0, 6 * sizeof *twist);

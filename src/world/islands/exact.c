@@ -162,9 +162,6 @@ static perp_status solve(perp_world *world, const perp__island *island, perp__ri
         say_outcome(answer, perp__swept_tol(world));
     if (status == PERP_OK && perp__is_good(answer->outcome))
         status = hold(world, island, answer, problem);
-    if (status == PERP_OK && perp__is_good(answer->outcome) && island->joints > 0 &&
-        world->work.carriers == 0)
-        perp__stop_still(world, island);
     world->work.set_up = status == PERP_OK;
     return status;
 }
@@ -198,6 +195,8 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
                           "the step takes the contacts beyond the range of numbers");
     if (status != PERP_OK)
         return status;
+    if (!bounces && perp__is_good(answer.outcome))
+        status = perp__stand_partly(world, island, 0);
     memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
     perp__spend(world, answer.iterations);
     /* Theory promises a solution (docs/world.md) without restitution and for one that is the same
@@ -210,5 +209,5 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
         answer.outcome = PERP_OUTCOME_STALLED;
     verdict->outcome = perp__worse_outcome(verdict->outcome, answer.outcome);
     perp__raise_to(&verdict->residual, answer.tested);
-    return PERP_OK;
+    return status;
 }

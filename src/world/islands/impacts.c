@@ -301,21 +301,6 @@ static void turned_by_now(const perp_world *world, int32_t i, double *R)
     perp__multiply3(R, turn, world->motions[world->work.members[i]].rotation);
 }
 
-/* Inertia is that of the bodies as they are turned when they jump: angular momentum and energy are
- * kept there. */
-static void turn_inertia(perp_world *world, const perp__island *island)
-{
-    for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->work.members[i];
-        double R[9];
-
-        if (world->bodies[body].spherical)
-            continue;
-        turned_by_now(world, i, R);
-        perp__write_factor(world, body, R, world->work.factors + 36 * i);
-    }
-}
-
 /* What forces add in a step, at the rate at which they do in the time that is left: the gyroscopic
  * part goes with the angular velocity, which jumped. */
 static void renew_gain(perp_world *world, const perp__island *island, double left, double h)
@@ -429,7 +414,16 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
     lacking = fmax(work->gap[which], 0.0);
     work->gap[which] = 0.0;
     *left -= t;
-    turn_inertia(world, island);
+    /* Inertia is that of the bodies as they are turned when they jump: angular momentum and energy
+     * are kept there. */
+    for (i = 0; i < island->bodies; i++) {
+        double R[9];
+
+        if (world->bodies[work->members[i]].spherical)
+            continue;
+        turned_by_now(world, i, R);
+        perp__write_factor(world, work->members[i], R, work->factors + 36 * i);
+    }
     status = jump(world, island, lacking, verdict);
     renew_gain(world, island, *left, h);
     return status;

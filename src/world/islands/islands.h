@@ -250,7 +250,8 @@ void perp__standing_release(perp__standing *standing);
 enum {
     PERP__CARRIED_AT_REST, /* beside static bodies, or nothing */
     PERP__CARRIED_ALONG,   /* as one with `body`, which is kinematic */
-    PERP__CARRIED_ON       /* as it began the step */
+    PERP__CARRIED_ON,      /* as it began the step */
+    PERP__CARRIED_PARTLY   /* at rest, but for what moves */
 };
 
 typedef struct perp__carrying {
@@ -308,5 +309,8 @@ int32_t perp__gather_standing(perp_world *world, const perp__island *island,
  * verdict->stands. Then work has the answer. */
 perp_status perp__stand(perp_world *world, const perp__island *island,
                         const perp__carrying *carrying, perp__verdict *verdict);
+/* The same of those bodies that began at rest, beside others that move with work.v and press on
+ * them with work.impulse: where these stand, work has that. */
+perp_status perp__stand_partly(perp_world *world, const perp__island *island, int32_t swept);
 
 #endif

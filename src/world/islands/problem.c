@@ -38,16 +38,14 @@ static void lay_out(perp__arena *arena, void *object)
 perp_status perp__fit_work(perp_world *world, int32_t contacts, int32_t bodies, int32_t jointed)
 {
     perp__island_work *work = &world->work;
-    size_t sizes[3];
 
     perp__raise_room(&work->max_contacts, contacts);
     perp__raise_room(&work->max_bodies, bodies < world->body_slots ? bodies : world->body_slots);
     perp__raise_room(&work->max_jointed, jointed);
-    sizes[0] = (size_t)work->max_contacts;
-    sizes[1] = (size_t)work->max_bodies;
-    sizes[2] = (size_t)work->max_jointed;
-    return perp__arena_fit_sizes(&world->island_arena, world->context, lay_out, world, work->fitted,
-                                 sizes, 3);
+    return perp__arena_fit_sizes(
+        &world->island_arena, world->context, lay_out, world, work->fitted,
+        (size_t[]){(size_t)work->max_contacts, (size_t)work->max_bodies, (size_t)work->max_jointed},
+        3);
 }
 
 /* Room for the largest island, with the carriers that its contacts and joints can have. */

@@ -105,9 +105,21 @@ static int32_t is_of_other(const perp_world *world, const perp__island *island,
             (!perp__is_dynamic(world, body[1]) && !perp__moves_with(world, carrying, body[1])));
 }
 
+/* Whether unit i is of something that moves, by work.still or as it is told. */
+static int32_t moves(const perp_world *world, const perp__island *island, int32_t i)
+{
+    const int32_t *body = world->work.rows[i].body, n = world->dof;
+    int32_t any = body[0] >= island->bodies || body[1] >= island->bodies;
+
+    for (int32_t side = 0; side < 2 && !any; side++)
+        any = body[side] >= 0 && !perp__is_zero(world->work.still + n * body[side], n);
+    return any;
+}
+
 int32_t perp__gather_standing(perp_world *world, const perp__island *island,
                               const perp__carrying *carrying, int32_t ignores)
 {
+    const int32_t partly = carrying && carrying->motion == PERP__CARRIED_PARTLY;
     perp__island_work *work = &world->work;
     perp__statics_rows *rows = &work->stand_rows;
     int32_t links = 0;
@@ -120,6 +132,8 @@ int32_t perp__gather_standing(perp_world *world, const perp__island *island,
 
         memset(unit, 0, sizeof *unit);
         unit->row = rows->size;
+        if (partly && moves(world, island, i))
+            continue;
         if (!write_unit(world, island, i, ignores, unit, &from) && !ignores)
             return 0;
         if (is_of_other(world, island, carrying, i)) {
@@ -146,22 +160,22 @@ int32_t perp__gather_standing(perp_world *world, const perp__island *island,
 }
 
 /* Impulses of the forces, and what the change to v_carried takes, of each body, turns over its
- * length; work.still: v_carried. */
+ * length, from velocities `now` that a time t makes `free`; work.still: v_carried. */
 static void find_forces(perp_world *world, const perp__island *island,
-                        const perp__carrying *carrying)
+                        const perp__carrying *carrying, double t, const double *now,
+                        const double *free)
 {
     perp__island_work *work = &world->work;
     const int32_t n = world->dof;
 
     for (int32_t i = 0; i < island->bodies; i++) {
-        const double t = work->share * world->step_length;
-        double twist[6], now[6], force[6];
+        double twist[6], begun[6], force[6];
 
         perp__carried_twist(world, carrying, work->members[i], t, twist);
         perp__coordinates_of(world, twist, work->still + n * i);
-        perp__twist_of(world, work->free + n * i, twist);
-        perp__twist_of(world, work->now + n * i, now);
-        perp__find_force(world, carrying, work->members[i], t, now, twist, force);
+        perp__twist_of(world, free + n * i, twist);
+        perp__twist_of(world, now + n * i, begun);
+        perp__find_force(world, carrying, work->members[i], t, begun, twist, force);
         perp__coordinates_of(world, force, work->stand_forces + n * i);
     }
 }
@@ -184,17 +198,6 @@ static void mix(uint64_t *key, const void *data, size_t bytes)
     memcpy(key, rows, sizeof rows);
 }
 
-/* Of what the rows of a contact are made of, tangents from the normal; never 0. */
-static uint64_t key_of(const perp__world_contact *contact)
-{
-    const size_t first = offsetof(perp__world_contact, arms);
-    uint64_t key[PERP__STANDING_WORDS] = {1, 2, 3, 4};
-
-    mix(key, (const char *)contact + first, offsetof(perp__world_contact, axes[1]) - first);
-    mix(key, &contact->friction, sizeof contact->friction);
-    return (key[0] + 3 * key[1] + 5 * key[2] + 7 * key[3]) | 1;
-}
-
 /* Of the contacts' keys, and of what was decided of them. Returns 0 where nothing was, or of other
  * contacts: a point that pressed is open, one that only a motion brings about came, or sweeps take
  * out what is deep. */
@@ -215,8 +218,14 @@ static int32_t find_key(const perp_world *world, const perp__island *island, int
             (base[0] > 0.0 && !flag->closed && perp__open_gap(contact, contact->gap) > 0.0))
             return 0;
         any |= base[0] > 0.0;
-        if (flag->key == 0)
-            flag->key = key_of(contact);
+        if (flag->key == 0) { /* of what its rows are made of, tangents from the normal; never 0 */
+            uint64_t k[PERP__STANDING_WORDS] = {1, 2, 3, 4};
+
+            mix(k, (const char *)contact + offsetof(perp__world_contact, arms),
+                offsetof(perp__world_contact, axes[1]) - offsetof(perp__world_contact, arms));
+            mix(k, &contact->friction, sizeof contact->friction);
+            flag->key = (k[0] + 3 * k[1] + 5 * k[2] + 7 * k[3]) | 1;
+        }
         rows[1] = flag->key;
         memcpy(rows + 2, base, 3 * sizeof *base);
         mix(key, rows, sizeof rows);
@@ -338,6 +347,8 @@ static void take_answer(perp_world *world, const perp__island *island)
         const perp__rigid_rows *rows = &work->rows[i];
         double *r = work->impulse + 3 * i;
 
+        if (unit->links == 0) /* as it is */
+            continue;
         memset(r, 0, 3 * sizeof *r);
         memset(work->velocity + 3 * i, 0, 3 * sizeof *r);
         for (int32_t k = 0; k < unit->rows; k++)
@@ -371,32 +382,39 @@ static void start_from(perp_world *world, const perp__island *island, perp__stat
     }
 }
 
+/* Of work.stand_rows with work.stand_forces. */
+static perp_status decide(perp_world *world, perp__statics_answer *answer, perp__statics **statics)
+{
+    const perp__statics_aim aim = {PERP_STATICS_INTERIOR, PERP__STATICS_ITERATIONS, 0.0, NULL};
+    int32_t is_known;
+    perp_status status;
+
+    *statics = find_statics(world, NULL, &is_known);
+    status = *statics ? set_up(world, *statics) : PERP_ERROR_MEMORY;
+    PERP__THEN(status, perp__statics_decide(*statics, answer, world->work.stand_forces, &aim));
+    perp__spend(world, answer->iterations);
+    return status;
+}
+
 perp_status perp__stand(perp_world *world, const perp__island *island,
                         const perp__carrying *carrying, perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
-    perp__statics_aim aim = {PERP_STATICS_INTERIOR, PERP__STATICS_ITERATIONS, 0.0, NULL};
     perp__statics_answer answer = {.r = work->stand_r};
     const int32_t *size = &work->stand_rows.size;
     perp__statics *statics;
     perp__carrying begun;
     const int32_t begins = perp__begins_standing(world, island, 0, &begun);
-    int32_t is_known;
     perp_status status;
 
     verdict->stands = 0;
     carrying = carrying ? carrying : &begun;
     if ((carrying == &begun && !begins) || (world->settings.cone != 0 && !world->settings.planar))
         return PERP_OK;
-    find_forces(world, island, carrying);
+    find_forces(world, island, carrying, work->share * world->step_length, work->now, work->free);
     if (!perp__gather_standing(world, island, carrying, 0) || *size == verdict->asked)
         return PERP_OK;
-    statics = find_statics(world, NULL, &is_known);
-    if (!statics)
-        return PERP_ERROR_MEMORY;
-    status = set_up(world, statics);
-    PERP__THEN(status, perp__statics_decide(statics, &answer, work->stand_forces, &aim));
-    perp__spend(world, answer.iterations);
+    status = decide(world, &answer, &statics);
     if (status == PERP_OK && answer.verdict == PERP_STATICS_FALLS && begins)
         start_from(world, island, statics);
     if (status != PERP_OK || answer.verdict != PERP_STATICS_STANDS) {
@@ -408,5 +426,69 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
     perp__raise_to(&verdict->residual, answer.unbalance);
     verdict->stands = 1;
     verdict->rides = carrying->motion == PERP__CARRIED_ALONG;
+    return PERP_OK;
+}
+
+/* work.still := work.v, but 0 of what began at rest, `slowly`: and has less than forces make of it.
+ * Returns whether these can be asked: where something changes, and nothing is deep that is swept.
+ */
+static int32_t part(perp_world *world, const perp__island *island, int32_t slowly, int32_t swept)
+{
+    perp__island_work *work = &world->work;
+    const int32_t n = world->dof;
+    int32_t may = 0;
+
+    memcpy(work->still, work->v, (size_t)(n * island->bodies) * sizeof(double));
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const double *v = work->v + n * i;
+
+        if (!perp__is_zero(work->now + n * i, n) ||
+            (slowly && !(perp__mass_norm(world, work->members[i], v) <
+                         perp__mass_norm(world, work->members[i], work->free + n * i))))
+            continue;
+        may |= !perp__is_zero(v, n);
+        memset(work->still + n * i, 0, (size_t)n * sizeof *v);
+    }
+    for (int32_t i = 0; i < work->count && may && swept; i++)
+        may = !perp__is_deep(perp__step_contact(world, island, i)) ||
+              perp__step_flags(world, island, i)->moved || moves(world, island, i);
+    return may;
+}
+
+perp_status perp__stand_partly(perp_world *world, const perp__island *island, int32_t swept)
+{
+    static const perp__carrying partly = {PERP__CARRIED_PARTLY, -1, 0};
+    perp__island_work *work = &world->work;
+    const int32_t n = world->dof;
+    perp__statics_answer answer = {.r = work->stand_r, .verdict = PERP_STATICS_FALLS};
+    perp__statics *statics;
+    perp_status status = PERP_OK;
+
+    for (int32_t slowly = 0; slowly < 2 && answer.verdict != PERP_STATICS_STANDS; slowly++) {
+        if (status != PERP_OK || !part(world, island, slowly, swept) ||
+            !perp__gather_standing(world, island, &partly, 0))
+            continue;
+        /* all but their own impulses: M v less J'r of these */
+        find_forces(world, island, &partly, 0.0, work->v, work->v);
+        for (int32_t i = 0; i < 2 * work->units; i++) {
+            const perp__rigid_rows *rows = &work->rows[i / 2];
+            const int32_t body = rows->body[i % 2];
+
+            for (int32_t j = 0; j < n && body >= 0 && work->stand_units[i / 2].links > 0; j++)
+                for (int32_t k = 0; k < rows->dim; k++)
+                    work->stand_forces[n * body + j] -=
+                        rows->rows[i % 2][k][j] * work->impulse[3 * (i / 2) + k] *
+                        (j < (n == 6 ? 3 : 2)
+                             ? 1.0
+                             : 1.0 / perp__body_length(world, work->members[body]));
+        }
+        status = decide(world, &answer, &statics);
+    }
+    if (status != PERP_OK || answer.verdict != PERP_STATICS_STANDS)
+        return status;
+    take_answer(world, island);
+    for (int32_t i = 0; i < n * island->bodies; i++) /* where it is: to lift it would be work */
+        if (perp__is_zero(work->now + i / n * n, n) && perp__is_zero(work->v + i / n * n, n))
+            work->moving[i] = 0.0;
     return PERP_OK;
 }

@@ -221,15 +221,13 @@ void perp__take_sweep(perp_world *world, const perp__island *island, const perp_
 }
 
 /* What the island has come to, for its bodies, contacts and joints. */
-static void finish(perp_world *world, const perp__island *island, double h, perp__verdict *verdict)
+static void finish(perp_world *world, const perp__island *island, perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
     const size_t numbers = (size_t)(world->dof * island->bodies);
 
     if (verdict->stands) /* where it is: to lift it would be work */
         memcpy(work->moving, work->v, numbers * sizeof(double));
-    else if (verdict->impacts == 0)
-        perp__close_gaps(world, island, h);
     for (int32_t i = 0; i < island->contacts; i++) {
         perp__response *response = perp__step_response(world, island, i);
 
@@ -287,9 +285,13 @@ perp_status perp__end_sweep(perp_world *world, const perp__island *island, doubl
         verdict->outcome = answer->tested <= problem->tol ? PERP_OUTCOME_SOLVED
                            : perp__is_time_over(world)    ? PERP_OUTCOME_TIME_LIMIT
                                                           : PERP_OUTCOME_ITERATION_LIMIT;
+        if (verdict->impacts == 0)
+            perp__close_gaps(world, island, h);
+        if (status == PERP_OK && verdict->impacts == 0)
+            status = perp__stand_partly(world, island, 1);
     }
     if (status == PERP_OK)
-        finish(world, island, h, verdict);
+        finish(world, island, verdict);
     return status;
 }
 

@@ -101,20 +101,6 @@ static void go_there(perp_world *world, const perp__island *island, double share
     }
 }
 
-/* Ways from `still` that may lead deep into others, or do but for contacts that took part: no
- * sweep has seen them. */
-static void see_long_ways(perp_world *world, const perp__island *island, int32_t all)
-{
-    for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
-        double way[3];
-
-        perp__subtract3(way, world->next[body].position, world->work.still + world->dof * i);
-        if (all || perp__length3(way) > perp__level_of(world)->deep * world->bodies[body].radius)
-            world->roles[body].far = 1;
-    }
-}
-
 perp_status perp__close_island(perp_world *world, const perp__island *island, double t,
                                int32_t *changed)
 {
@@ -178,6 +164,15 @@ perp_status perp__close_island(perp_world *world, const perp__island *island, do
             held = -1;
         }
     }
-    see_long_ways(world, island, far);
+    /* ways from `still` that may lead deep into others, or do but for contacts that took part: no
+     * sweep has seen them */
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
+        double way[3];
+
+        perp__subtract3(way, world->next[body].position, world->work.still + world->dof * i);
+        if (far || perp__length3(way) > perp__level_of(world)->deep * world->bodies[body].radius)
+            world->roles[body].far = 1;
+    }
     return PERP_OK;
 }

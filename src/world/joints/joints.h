@@ -126,9 +126,6 @@ void perp__add_joint_impulses(perp_world *world, const double *impulse, double s
 void perp__tell_impulse(perp__joint *joint, const perp__joint_view *view, int32_t slot, double r);
 /* Whether limits that press did so from the start. */
 int32_t perp__limits_last(const perp_world *world);
-/* A velocity that rounding does not tell apart from 0 is 0, where that is so of all the island:
- * what hangs at rest is pinned by nothing along its way. */
-void perp__stop_still(perp_world *world, const perp__island *island);
 /* Refuses next states between which a joint's coordinate is no number. */
 perp_status perp__check_joints(const perp_world *world);
 /* What the step made of joints becomes their last one's. */

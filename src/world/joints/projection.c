@@ -20,12 +20,6 @@ static double tolerance_of(const perp__joint_view *view, double most, int32_t is
     return is_length ? fmax(most * view->size, view->rounding) : most;
 }
 
-/* Of a limit, what a unit of its coordinate moves. */
-static double length_of(const perp__joint *joint, const perp__joint_view *view)
-{
-    return joint->kind == PERP_JOINT_REVOLUTE || joint->kind == PERP_JOINT_SCREW ? view->size : 1.0;
-}
-
 /* What joint i lacks in the next states, of equations and limits. A sum of lengths, in which what
  * is rounding does not count. */
 static double error_of(const perp_world *world, perp__joint *joint)
@@ -124,6 +118,7 @@ static void add_rows(perp_world *world, const perp__island *island, perp__row_ki
         const perp__joint_state *state = perp__state_of(world, joint);
         const perp__joint_view *view = &joint->end;
         const double beyond[2] = {state->lower - view->coordinate, view->coordinate - state->upper};
+        double length = 1.0; /* what a unit of its coordinate moves */
 
         for (int32_t k = 0; k <= PERP__JOINT_ROWS && which != PERP__ROWS_OF_LIMITS; k++)
             if (has_row(world, joint, k, which))
@@ -132,8 +127,10 @@ static void add_rows(perp_world *world, const perp__island *island, perp__row_ki
                                     ? rate_of(world, joint, world->next, view, k, 1)
                                     : (k == PERP__SLOT_LOCK ? -beyond[0] : view->error[k]),
                                 1.0, &work->rows[work->units++]);
+        if (joint->kind == PERP_JOINT_REVOLUTE || joint->kind == PERP_JOINT_SCREW)
+            length = view->size;
         for (int32_t k = 0; k < 2 && !perp__is_locked(state) && perp__has_direction(view); k++)
-            if (which == PERP__ROWS_OF_LIMITS ? length_of(joint, view) * -beyond[k] < reach
+            if (which == PERP__ROWS_OF_LIMITS ? length * -beyond[k] < reach
                                               : which == PERP__ROWS_OF_CLOSING && joint->closing[k])
                 perp__write_row(world, joint->body, view->rows[PERP__JOINT_ROWS],
                                 k == 0 ? -beyond[0] : beyond[1], k == 0 ? 1.0 : -1.0,
@@ -151,18 +148,6 @@ void perp__add_joint_errors(perp_world *world, const perp__island *island, doubl
     add_rows(world, island, PERP__ROWS_OF_ERRORS, 0.0);
 }
 
-/* Mass 1, and the inertia of a sphere of the body's size; without shapes its own, over its mass. */
-static void weigh_equally(const perp_world *world, int32_t body, double *C)
-{
-    const double r = world->bodies[body].radius;
-    const int32_t n = world->dof;
-
-    for (int32_t i = 0; i < n * n; i++)
-        C[i] *= r > 0.0 ? 0.0 : sqrt(world->bodies[body].mass);
-    for (int32_t i = 0; r > 0.0 && i < n; i++)
-        C[(n + 1) * i] = i < (n == 6 ? 3 : 2) ? 1.0 : sqrt(2.5) / r;
-}
-
 void perp__pose_positions(perp_world *world, const perp__island *island, perp__row_kind which,
                           int32_t equally)
 {
@@ -171,13 +156,18 @@ void perp__pose_positions(perp_world *world, const perp__island *island, perp__r
 
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
-        double R[9];
+        const double r = world->bodies[body].radius;
+        double R[9], *C = work->factors + n * n * i;
 
         work->members[i] = body;
         perp__rotation_of(world, &world->next[body], R);
-        perp__write_factor(world, body, R, work->factors + n * n * i);
-        if (equally)
-            weigh_equally(world, body, work->factors + n * n * i);
+        perp__write_factor(world, body, R, C);
+        /* mass 1, and the inertia of a sphere of the body's size; its own, over its mass, of a body
+         * without shapes */
+        for (int32_t k = 0; equally && k < n * n; k++)
+            C[k] *= r > 0.0 ? 0.0 : sqrt(world->bodies[body].mass);
+        for (int32_t k = 0; equally && r > 0.0 && k < n; k++)
+            C[(n + 1) * k] = k < (n == 6 ? 3 : 2) ? 1.0 : sqrt(2.5) / r;
     }
     memset(work->free, 0, (size_t)(n * island->bodies) * sizeof *work->free);
     memset(work->now, 0, (size_t)(n * island->bodies) * sizeof *work->now);

@@ -296,18 +296,6 @@ int32_t perp__limits_last(const perp_world *world)
     return 1;
 }
 
-void perp__stop_still(perp_world *world, const perp__island *island)
-{
-    const perp__island_work *work = &world->work;
-    int32_t still = 1;
-
-    for (int32_t i = 0; i < island->bodies && still; i++)
-        still = perp__mass_norm(world, work->members[i], work->v + world->dof * i) <=
-                PERP__SUM_ROUNDING * work->strength[i];
-    if (still)
-        memset(work->v, 0, (size_t)(world->dof * island->bodies) * sizeof(double));
-}
-
 /* ---- what is kept of it ---- */
 
 /* Impulses of the step on B, and where the coordinate is. */

@@ -70,6 +70,7 @@ void perp__check_equations(perp_world *world, const perp__island *island, double
                            perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
+    int32_t still = work->carriers == 0;
     const perp__evidence evidence = {
         .sound = 1, .tested = tested, .own_residual = tested, .backward = tested};
 
@@ -78,10 +79,13 @@ void perp__check_equations(perp_world *world, const perp__island *island, double
         verdict->outcome, perp__gate(&evidence, perp__exact_tol(world), PERP_OUTCOME_SOLVED));
     perp__raise_to(&verdict->residual, tested);
     perp__spend(world, 1);
-    if (work->carriers == 0) {
+    if (still)
         perp__find_strengths(world, island, work->strength);
-        perp__stop_still(world, island);
-    }
+    for (int32_t i = 0; i < island->bodies && still; i++)
+        still = perp__mass_norm(world, work->members[i], work->v + world->dof * i) <=
+                PERP__SUM_ROUNDING * work->strength[i];
+    if (still)
+        memset(work->v, 0, (size_t)(world->dof * island->bodies) * sizeof(double));
 }
 
 perp_status perp__swing(perp_world *world, const perp__island *island, perp__verdict *verdict)
@@ -254,20 +258,6 @@ static int32_t push_by_bounds(perp_world *world, const perp__island *island, con
     return pushed;
 }
 
-/* Equations hold to the rounding of velocities, not to that of the bounds' impulses. */
-static perp_status hold_equations(perp_world *world, const perp__island *island)
-{
-    perp__island_work *work = &world->work;
-    const size_t numbers = 3 * (size_t)work->units;
-    perp_status status;
-
-    memcpy(work->solved_rows, work->impulse, numbers * sizeof(double));
-    memcpy(work->free, work->v, (size_t)(world->dof * island->bodies) * sizeof(double));
-    status = perp__solve_equations(world, island, PERP__REFINED, NULL);
-    memcpy(work->impulse, work->solved_rows, numbers * sizeof(double));
-    return status;
-}
-
 /* Units as they were, with the impulses that were found. */
 static void end_exchanges(perp_world *world, int32_t count)
 {
@@ -316,8 +306,12 @@ perp_status perp__solve_bounds(perp_world *world, const perp__island *island,
                          k < count ? PERP__SUM_ROUNDING : tol);
     }
     *found = status == PERP_OK && wrong == 0 && tested <= tol;
-    if (*found && pushed)
-        status = hold_equations(world, island);
+    if (*found && pushed) { /* to the rounding of velocities, not to that of bounds' impulses */
+        memcpy(work->solved_rows, work->impulse, 3 * (size_t)work->units * sizeof(double));
+        memcpy(work->free, work->v, numbers * sizeof(double));
+        status = perp__solve_equations(world, island, PERP__REFINED, NULL);
+        memcpy(work->impulse, work->solved_rows, 3 * (size_t)work->units * sizeof(double));
+    }
     memcpy(work->free, work->solved, numbers * sizeof(double));
     end_exchanges(world, count);
     if (!*found || status != PERP_OK)
