@@ -158,7 +158,7 @@ static void keep_contact(perp_world *world, int32_t i, perp__nap *nap)
 {
     const perp__world_contact *contact = &world->last.contacts[i];
     perp__pair *pair = &world->pairs[contact->pair];
-    perp__contact_flags *flag = &world->last.flags[i];
+    perp__contact_flags *flags = &world->last.flags[i];
     int32_t *link = &pair->first_sleeping, slot = world->free_sleeping;
     perp__sleeping_contact *sleeping;
 
@@ -174,14 +174,14 @@ static void keep_contact(perp_world *world, int32_t i, perp__nap *nap)
     world->sleeping_count++;
     perp__write_memory(&world->last, i, &sleeping->memory);
     sleeping->order = perp__contact_order(contact);
-    sleeping->included = flag->included;
-    world->sleeping_included += flag->included;
-    nap->contacts += flag->included;
-    if (flag->included && flag->rubs)
+    sleeping->included = flags->included;
+    world->sleeping_included += flags->included;
+    nap->contacts += flags->included;
+    if (flags->included && flags->rubs)
         nap->tangents += world->settings.planar ? 1 : 2;
     perp__write_record(&world->last, i, &sleeping->record);
-    world->last_included -= flag->included;
-    flag->included = 0;
+    world->last_included -= flags->included;
+    flags->included = 0;
     pair->memories = 0;
 }
 

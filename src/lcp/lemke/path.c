@@ -141,8 +141,8 @@ static int32_t lexicographic_row(perp__lemke *l, double own_range)
 {
     const double floor = l->smallest_pivot * perp__lemke_largest_entry(l);
     double *best = l->far, *other = l->speed;
-    double least = INFINITY, far, speed, flag;
-    int32_t found = PERP__NO_ROW, flags = 0, r;
+    double least = INFINITY, far, speed, tie;
+    int32_t found = PERP__NO_ROW, ties = 0, r;
 
     /* 1. The least ratio, and the first row that has it; t wins a tie. Exact data tie exactly,
      * rounding nearly so. */
@@ -151,16 +151,16 @@ static int32_t lexicographic_row(perp__lemke *l, double own_range)
             least = far / speed;
     if (own_range < least)
         return PERP__FLIP;
-    flag = least * (1.0 + PERP__DEPENDENT);
+    tie = least * (1.0 + PERP__DEPENDENT);
     for (r = 0; r < l->pairs; r++) {
-        if (!find_distance(l, r, floor, &far, &speed) || !(far / speed <= flag))
+        if (!find_distance(l, r, floor, &far, &speed) || !(far / speed <= tie))
             continue;
         if (l->basic[r] == perp__lemke_t(l))
             return r;
         /* 2. Of rows that tie, the one whose perturbations come first. */
-        if (flags++ == 1)
+        if (ties++ == 1)
             write_perturbations(l, found, best);
-        if (flags > 1) {
+        if (ties > 1) {
             double *kept = best;
             int32_t j = 0;
 

@@ -53,7 +53,7 @@ static void write_contact(const perp_world *world, const perp__contact_set *set,
     const perp__shape *b = &world->shapes[pair->second];
     perp__world_contact *contact = &set->contacts[i];
     perp__response *response = &set->responses[i];
-    perp__contact_flags *flag = &set->flags[i];
+    perp__contact_flags *flags = &set->flags[i];
 
     if (last && last->shape_a == pair->first && last->shape_b == pair->second &&
         last->round == world->rounds &&
@@ -84,10 +84,10 @@ static void write_contact(const perp_world *world, const perp__contact_set *set,
     contact->gap = point->gap;
     perp__write_arms(contact, states[a->body].position, states[b->body].position);
     perp__recall(world, pair, contact, response->warm, response->base);
-    memset(flag, 0, sizeof *flag);
-    flag->body[0] = contact->body_a;
-    flag->body[1] = contact->body_b;
-    flag->rubs = contact->friction > 0.0;
+    memset(flags, 0, sizeof *flags);
+    flags->body[0] = contact->body_a;
+    flags->body[1] = contact->body_b;
+    flags->rubs = contact->friction > 0.0;
 }
 
 perp__world_contact *perp__append_contact(const perp_world *world, perp__contact_set *set,

@@ -236,18 +236,18 @@ int32_t perp__include_points(perp_world *world, double h, double deep)
     const int32_t before = set->included;
 
     for (int32_t i = 0; i < set->count && set->included < set->count; i++) {
-        perp__contact_flags *flag = &set->flags[i];
+        perp__contact_flags *flags = &set->flags[i];
         /* else what was not due in the round before is not now */
         const int32_t is_moved = world->rounds == 0 ||
-                                 world->moved[flag->body[0]] >= world->rounds ||
-                                 world->moved[flag->body[1]] >= world->rounds;
+                                 world->moved[flags->body[0]] >= world->rounds ||
+                                 world->moved[flags->body[1]] >= world->rounds;
 
-        if (flag->included || !is_moved ||
-            !((flag->closed && deep == 0.0) || is_due(world, i, h, deep)))
+        if (flags->included || !is_moved ||
+            !((flags->closed && deep == 0.0) || is_due(world, i, h, deep)))
             continue;
-        flag->included = flag->fresh = 1;
+        flags->included = flags->fresh = 1;
         set->included++;
-        set->rubbing += flag->rubs;
+        set->rubbing += flags->rubs;
     }
     return set->included - before;
 }

@@ -275,14 +275,14 @@ static double last_unbalance(perp_world *world, const perp__island *island,
     memset(sums, 0, NUMBERS * (size_t)island->bodies * sizeof *sums);
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
-        const perp__contact_flags *flag = perp__step_flags(world, island, i);
+        const perp__contact_flags *flags = perp__step_flags(world, island, i);
         perp__response *response = perp__step_response(world, island, i);
         const double *r = response->remembered, most = contact->friction * r[0];
 
         /* it may press as it did while nothing moves; sweeps take out what is deep */
         if (!(r[0] >= 0.0 && r[1] * r[1] + r[2] * r[2] <= most * most) ||
             (r[0] > 0.0 && !(contact->gap <= perp__closed_gap(world, contact))) ||
-            (swept && flag->deep))
+            (swept && flags->deep))
             return INFINITY;
         perp__copy3(response->next, r);
         press(world, contact, response->next, sums);

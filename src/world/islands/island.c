@@ -7,10 +7,10 @@
 
 static int32_t joins(const perp__contact_set *set, int32_t i, int32_t pressing)
 {
-    const perp__contact_flags *flag = &set->flags[i];
+    const perp__contact_flags *flags = &set->flags[i];
 
-    return flag->included &&
-           (!pressing || flag->pushes || !perp__is_zero3(set->responses[i].impulse));
+    return flags->included &&
+           (!pressing || flags->pushes || !perp__is_zero3(set->responses[i].impulse));
 }
 
 /* Numbers the islands and lists their bodies: roots come first in slot order, so a first pass
@@ -48,11 +48,11 @@ static void order_bodies(perp_world *world)
     }
 }
 
-static int32_t island_of(const perp_world *world, const perp__contact_flags *flag)
+static int32_t island_of(const perp_world *world, const perp__contact_flags *flags)
 {
-    const int32_t a = world->roles[flag->body[0]].island;
+    const int32_t a = world->roles[flags->body[0]].island;
 
-    return a >= 0 ? a : world->roles[flag->body[1]].island;
+    return a >= 0 ? a : world->roles[flags->body[1]].island;
 }
 
 /* Lists the contacts of each island. */

@@ -185,17 +185,17 @@ static void find_forces(perp_world *world, const perp__island *island,
 /* Four words side by side: each chain's products wait for nothing but its own. */
 static void mix(uint64_t *key, const void *data, size_t bytes)
 {
-    uint64_t rows[PERP__STANDING_WORDS], word;
+    uint64_t words[PERP__STANDING_WORDS], word;
 
-    memcpy(rows, key, sizeof rows);
+    memcpy(words, key, sizeof words);
     for (size_t at = 0; at < bytes / sizeof word; at++) {
-        uint64_t *to = &rows[at % PERP__STANDING_WORDS];
+        uint64_t *to = &words[at % PERP__STANDING_WORDS];
 
         memcpy(&word, (const char *)data + at * sizeof word, sizeof word);
         *to = (*to ^ word) * 0x9E3779B97F4A7C15u;
         *to ^= *to >> 29;
     }
-    memcpy(key, rows, sizeof rows);
+    memcpy(key, words, sizeof words);
 }
 
 /* Of the contacts' keys, and of what was decided of them. Returns 0 where nothing was, or of other
@@ -210,25 +210,25 @@ static int32_t find_key(const perp_world *world, const perp__island *island, int
         key[i] = 0x243F6A8885A308D3u + (uint64_t)i;
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
-        perp__contact_flags *flag = perp__step_flags(world, island, i);
+        perp__contact_flags *flags = perp__step_flags(world, island, i);
         const double *base = perp__step_response(world, island, i)->base;
-        uint64_t rows[5] = {(uint64_t)(uint32_t)flag->local[0] << 32 | (uint32_t)flag->local[1]};
+        uint64_t words[5] = {(uint64_t)(uint32_t)flags->local[0] << 32 | (uint32_t)flags->local[1]};
 
-        if (flag->moved || (swept && flag->deep) ||
-            (base[0] > 0.0 && !flag->closed && perp__open_gap(contact, contact->gap) > 0.0))
+        if (flags->moved || (swept && flags->deep) ||
+            (base[0] > 0.0 && !flags->closed && perp__open_gap(contact, contact->gap) > 0.0))
             return 0;
         any |= base[0] > 0.0;
-        if (flag->key == 0) { /* of what its rows are made of, tangents from the normal; never 0 */
+        if (flags->key == 0) { /* of what its rows are made of, tangents from the normal; never 0 */
             uint64_t k[PERP__STANDING_WORDS] = {1, 2, 3, 4};
 
             mix(k, (const char *)contact + offsetof(perp__world_contact, arms),
                 offsetof(perp__world_contact, axes[1]) - offsetof(perp__world_contact, arms));
             mix(k, &contact->friction, sizeof contact->friction);
-            flag->key = (k[0] + 3 * k[1] + 5 * k[2] + 7 * k[3]) | 1;
+            flags->key = (k[0] + 3 * k[1] + 5 * k[2] + 7 * k[3]) | 1;
         }
-        rows[1] = flag->key;
-        memcpy(rows + 2, base, 3 * sizeof *base);
-        mix(key, rows, sizeof rows);
+        words[1] = flags->key;
+        memcpy(words + 2, base, 3 * sizeof *base);
+        mix(key, words, sizeof words);
     }
     for (int32_t i = 0; i < island->bodies; i++) {
         const double length = perp__body_length(world, world->body_order[island->first_body + i]);

@@ -166,8 +166,7 @@ int32_t perp__is_deep(const perp__world_contact *contact)
 static int32_t has_deep(const perp_world *world, const perp__island *island)
 {
     for (int32_t i = 0; i < island->contacts; i++)
-        if (!perp__step_flags(world, island, i)
-                 ->moved && /* what a motion would take there is not */
+        if (!perp__step_flags(world, island, i)->moved &&
             perp__is_deep(perp__step_contact(world, island, i)))
             return 1;
     return 0;
