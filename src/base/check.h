@@ -67,7 +67,7 @@
 /* Body of every perp_x_init: zeroes `size` bytes and sets struct_size. */
 perp_status perp__struct_init(void *object, size_t size, size_t first_size);
 
-/* Copies a caller's struct over `own`, which holds the defaults, as far as the caller's struct
+/* Copies a caller's struct over *copy, which holds the defaults, as far as the caller's struct
  * reaches. NULL leaves the defaults. Tells apart: not initialised or too small, too large, and a
  * tail this library does not know that is not zero. `context` may be NULL: then no message. */
 perp_status perp__struct_read(perp_context *context, const char *name, void *copy, size_t own_size,
@@ -77,7 +77,7 @@ perp_status perp__struct_read(perp_context *context, const char *name, void *cop
 perp_status perp__struct_check(perp_context *context, const char *name, const void *caller,
                                size_t own_size, size_t first_size);
 
-/* Copies `own` into the caller's struct, all but struct_size, as far as the caller's reaches. */
+/* Copies *copy into the caller's struct, all but struct_size, as far as the caller's reaches. */
 void perp__struct_write(void *caller, const void *copy, size_t own_size);
 
 /* The whole T_init of a struct whose defaults are 0. */

@@ -30,7 +30,7 @@ typedef struct perp__contact_call {
     const double *r0;
 } perp__contact_call;
 
-/* Checks all settings and fills `own`, untouched on failure; NULL gives the defaults. And one name
+/* Checks all settings and fills *copy, untouched on failure; NULL gives the defaults. And one name
  * for methods that have two: call.c. */
 perp_status perp__contact_settings_read(perp_context *context, perp_contact_settings *copy,
                                         const perp_contact_settings *settings);
@@ -91,9 +91,9 @@ typedef struct perp__rigid_problem {
     int32_t cone;                 /* 0: exact; k: polyhedron, as perp_contact_settings.cone */
     int32_t max_iterations;       /* of each method; 0: their own; -1: none, the start alone
                                      is judged */
-    double enough;                /* and one at which no other method is asked for tol; 0: none */
+    double enough;                /* residual at which no further method is tried; 0: none */
     int32_t quick;                /* 1: sweeps and the first method after them, no last resorts;
-                                     2: nor that once more where a path ends where it began */
+                                     2: and no second try after a path that ended at its start */
     int32_t again;                /* 1: bodies, factors, rows (but bias) and mu are those of the
                                      last solve: only free, bias, warm and what follows are read */
     int32_t holds;                /* 1: v, velocity and carrier are those of perp__rigid_hold,
@@ -117,8 +117,8 @@ typedef struct perp__rigid_answer {
                          written where velocities are held */
     perp_outcome outcome;
     int64_t iterations;
-    double tested, own_residual, backward; /* what the outcome rests on */
-    double drive; /* of passes: the velocities that `tested` is a share of */
+    double tested, own_residual, backward; /* residuals that decide the outcome */
+    double drive; /* of passes: the velocity that `tested` is relative to */
 } perp__rigid_answer;
 
 enum { PERP__RIGID_AT_REST = -1, PERP__RIGID_FREE = -2 };
@@ -146,7 +146,7 @@ int32_t perp__rigid_single(perp__rigid_answer *answer, const perp__rigid_problem
  * that stick, joints; and of contacts that press by nothing what is 0 to rounding. Of rows that
  * impulses leave with more than sqrt(tol) omega sqrt(t_k) the modes are not believed. Their u is
  * exactly 0.0; what they pin in every coordinate has exactly the velocity of what it is pinned to,
- * 0.0 at rest; the rest is v_free and what the other impulses do, with held rows taken out. At a
+ * 0.0 at rest; the rest is v_free and what the other impulses do, with those rows taken out. At a
  * cost linear in the contacts: about 0.1 us each after the set-up, which `again` saves. Clusters of
  * more than 96 velocities that hold each other only together keep v_free + M^-1 J'r.
  * PERP_OK or PERP_ERROR_MEMORY. */

@@ -48,7 +48,7 @@ typedef struct perp__contact_problem {
     const int32_t *constraint_of; /* size: the contact, or contacts + the bilateral row */
     const int32_t *dims;          /* contacts: 1, 2 or 3; of two-sided ones all rows */
     const int32_t *two_sided; /* contacts: normals that hold both ways, 0 of others; NULL: none */
-    const double *mu;         /* contacts, >= 0; of no account where dims is 1 */
+    const double *mu;         /* contacts, >= 0; not read where dims is 1 */
     const double *rolling;    /* contacts, >= 0; NULL: none */
     const double *spinning;   /* contacts, >= 0; NULL: none */
     const double *bound; /* contacts: r_n of those whose normal is no more than the bound of their
@@ -58,9 +58,9 @@ typedef struct perp__contact_problem {
     const double *diagonal; /* size: W_ii */
     const double *q;        /* size */
     const double *omega;    /* contacts and bilateral rows: unit of the tested residual */
-    const int32_t *part;    /* of each of those: what noise alone couples is apart; NULL: one */
+    const int32_t *part;    /* of each: its connected component, noise aside (parts.c); NULL: one */
     int32_t parts;
-    int32_t leaks;         /* there is such noise */
+    int32_t leaks;         /* noise couples two parts */
     const perp__matrix *W; /* size by size, dense or CSC, maybe slightly unsymmetric; NULL where
                               only the bodies are known: perp__contact_delassus makes it */
     const struct perp__bodies *bodies; /* block-diagonal M with H; NULL where W was given */
@@ -68,11 +68,11 @@ typedef struct perp__contact_problem {
     int32_t half_rows;                 /* half_stride; NULL: not known */
     size_t half_stride;
     double tol;
-    double enough; /* a residual from which on only what a few more steps give is worth them */
+    double enough; /* below this residual a method goes on for a few steps only; 0: no such limit */
     int64_t iteration_limit; /* <= 0: the method's own */
-    int32_t yields;          /* another method takes over where that limit will not do: the sooner
-                               that shows the better */
-    int32_t chosen;          /* by name, for what it gives: not a step of a plan */
+    int32_t yields;          /* another method follows at that limit: stop early where the rate
+                               shows that it will not do */
+    int32_t chosen;          /* by the caller, by name: not a step of `auto` */
     const perp__contact_control *control;
     int32_t cone; /* 0: exact, and so for every method but lemke; else edges of a polyhedron */
 } perp__contact_problem;
@@ -85,7 +85,7 @@ typedef struct perp__contact_iterate {
     int32_t warm;    /* on entry: r is a start, */
     int32_t given;   /* and one that the caller gave */
     int32_t attempt; /* on entry: 0, then 1, 2, ... for methods that can start afresh differently */
-    int32_t folds;   /* a path to an answer ended next to its beginning */
+    int32_t folds;   /* on return: the path to an answer ended near its start */
     double residual; /* the method's own estimate of the tested residual */
     perp_outcome outcome;
     int64_t iterations;
@@ -95,7 +95,7 @@ typedef struct perp__contact_iterate {
 typedef struct perp__contact_method {
     int32_t id;       /* PERP_CONTACT_METHOD_... */
     size_t work_size; /* bytes of the method's own workspace struct */
-    int32_t attempts; /* how often it may start afresh before it has failed */
+    int32_t attempts; /* how often it may start anew before it has failed */
     int32_t needs_delassus;
     /* PERP_OK, or PERP_ERROR_ARGUMENT with a message, where the method can't take the problem; NULL
      * where it takes all */

@@ -7,7 +7,7 @@
 
 #include "linalg/matrix.h"
 
-/* Checks everything and fills `own`; NULL gives the defaults. `own` is untouched on failure. */
+/* Checks everything and fills *copy; NULL gives the defaults. *copy is untouched on failure. */
 perp_status perp__lcp_settings_read(perp_context *context, perp_lcp_settings *copy,
                                     const perp_lcp_settings *settings);
 perp_status perp__lcp_create(perp_context *context, perp_lcp_solver **solver,

@@ -47,13 +47,13 @@ typedef struct perp__lcp_control {
     double residual; /* with a deadline: seconds that M z + q takes */
     int32_t method;
     int32_t aborted; /* the monitor returned a negative number */
-    int32_t late;    /* there was no time for something that would have been next */
+    int32_t late;    /* the next operation would have ended after the deadline */
 } perp__lcp_control;
 
 typedef struct perp__lcp_problem {
     perp_context *context;
     int32_t n;
-    int64_t setup;         /* its number: another one, another matrix */
+    int64_t setup;         /* number of the set-up: it changes with the matrix */
     const perp__matrix *M; /* dense by columns, or CSC where that pays */
     const double *row_norms;
     const perp__matrix *caller;      /* M as it came, not scaled */
@@ -62,8 +62,8 @@ typedef struct perp__lcp_problem {
     const perp_lcp_settings *settings;
     double tol;              /* where a method may stop: settings->tol, or less */
     int64_t iteration_limit; /* <= 0: the method's own */
-    int32_t yields;          /* > 0: another method takes over where that limit will not do, which
-                               the rate shows after so many iterations */
+    int32_t yields;          /* > 0: another method follows: after so many iterations stop if the
+                               rate shows that the limit will not do */
     perp__lcp_control *control;
 } perp__lcp_problem;
 
@@ -81,22 +81,21 @@ typedef struct perp__lcp_iterate {
     int32_t (*correct)(void *work, const double *residual, double *step);
     int32_t warm;    /* on entry: z holds a start the caller gave */
     int32_t attempt; /* on entry: 0, then 1, 2, ... for methods that can start afresh differently */
-    int32_t rays;    /* on entry: attempts of this solve that ended in a ray that stood its check */
-    int32_t far_off; /* set where another try is worth more than a polish of this point */
+    int32_t rays;    /* on entry: verified rays that attempts of this solve ended in */
+    int32_t far_off; /* set where another attempt is better than a polish of this point */
     int32_t improvable; /* set where another attempt may bring digits that the polish can't */
     perp_outcome outcome;
     int64_t iterations;
-    int32_t
-        paused; /* on return: the method is not at its end, but the polish may be able to finish.
-                   If it is not, the next attempt goes on; z on entry is then of no account */
+    int32_t paused; /* on return: the method is not at its end, but the polish may finish. If it
+                       does not, the next attempt goes on and does not read z */
 } perp__lcp_iterate;
 
 typedef struct perp__lcp_method {
     int32_t id;       /* PERP_LCP_... */
     size_t work_size; /* bytes of the method's own workspace struct */
     int32_t attempts; /* how often it may start afresh (iterate->attempt) before it has failed */
-    /* The layout depends on sizes, storage and the number of free variables alone and forgets
-     * nothing else: it runs where these change, not at every set-up. */
+    /* 1: the layout depends on sizes, storage and the number of free variables alone: it runs
+     * where these change, not at every set-up. */
     int32_t by_shape;
     /* Checks that the method can take the problem: PERP_OK, or PERP_ERROR_ARGUMENT with a message.
      * NULL: it takes any M, any bounds. */
@@ -133,7 +132,7 @@ static inline int32_t perp__lcp_may_multiply(perp__lcp_control *control, double 
     return perp__lcp_has_time(control, 0.25 * products / (n * n));
 }
 
-/* Checks M, which has to be square, and the bounds; fills `own`. */
+/* Checks M, which has to be square, and the bounds; fills *copy. */
 perp_status perp__lcp_problem_read(perp_context *context, perp__matrix *copy, const perp_matrix *M,
                                    const double *lower, const double *upper);
 

@@ -20,7 +20,7 @@ typedef struct perp__matrix {
 } perp__matrix;
 
 /* Checks a caller's view completely (struct, storage, sizes, leading dimension, index arrays,
- * finite values) and fills `own`. The message names the argument `name` and the index. */
+ * finite values) and fills *copy. The message names the argument `name` and the index. */
 perp_status perp__matrix_read(perp_context *context, const char *name, perp__matrix *copy,
                               const perp_matrix *caller);
 

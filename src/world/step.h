@@ -8,7 +8,7 @@
  *   integrate    the next positions                                            (integrate.c)
  *   project      what penetrates is pushed apart                               (projection.c)
  *   commit       next states become states                                     (step.c)
- *   rest         what would repeat itself for ever falls asleep                (rest.c)
+ *   rest         bodies whose states would repeat for ever fall asleep         (rest.c)
  *
  * within a budget (islands/budget.c), and nothing that a caller can see changes before the commit.
  * Each of them goes through what is awake alone. Who includes this has the vectors of space
@@ -21,12 +21,12 @@
 
 /* motion.c */
 void perp__rotation_of(const perp_world *world, const perp__state *state, double *R);
-/* Of a shape, and a body, or all that are awake, with their shapes; turned: since that was placed
- * last, maybe. */
+/* Places a shape; a body or all awake bodies, with their shapes. turned: it may have turned since
+ * it was placed last. */
 void perp__place_shape(const perp__shape *shape, const double *position, const double *R,
                        int32_t turned, perp__placed *placed);
 void perp__place_body(perp_world *world, const perp__state *states, int32_t body, int32_t turned);
-/* Where the step begins, unless it is so already. */
+/* Places the body where the step begins, unless it is there already. */
 void perp__keep_placed(perp_world *world, int32_t body);
 void perp__place(perp_world *world, const perp__state *states);
 /* The twist that forces would give a body, if its inertia is that of a ball; else the velocity. */
@@ -38,45 +38,45 @@ void perp__euler_step(const perp__body *body, double h, const double *w, const d
                       double *w_next);
 
 /* rest.c */
-/* Wakes a body, or one that is new, and all that fell asleep with it; all bodies. */
+/* Wakes a body, new or asleep, and all that fell asleep with it; wakes all bodies. */
 void perp__rouse(perp_world *world, int32_t body);
 void perp__rouse_all(perp_world *world);
 /* The body is changed or removed: it wakes, and so does what is near it. */
 void perp__disturb(perp_world *world, int32_t body);
-/* Takes in what was roused or removed. */
+/* Brings world->awake up to date after bodies were woken or removed. */
 void perp__list_awake(perp_world *world);
-/* After a step: what repeated itself falls asleep. */
+/* After a step: bodies that repeated their state fall asleep. */
 void perp__fall_asleep(perp_world *world);
-/* Frees the kept contacts of a list, which is empty then. */
+/* Frees a list of sleeping contacts, which is empty then. */
 void perp__drop_sleeping(perp_world *world, int32_t *first);
-/* Frees all naps and kept contacts. */
+/* Frees all naps and sleeping contacts. */
 void perp__forget_naps(perp_world *world);
 /* The largest residual of what is asleep, after some of it woke. */
 void perp__find_asleep_residual(perp_world *world);
 
 /* integrate.c */
-/* The next states, and all that overlaps are looked for in is placed there. Returns a body whose
- * numbers are not finite, or -1. */
+/* Computes the next states, and places the shapes there, to look for overlaps. Returns a body
+ * whose numbers are not finite, or -1. */
 int32_t perp__integrate(perp_world *world, double h);
-/* The same for a ball that nothing is near, or what turns like one, that stays in its fat boxes: it
- * is in its next state at once, and of its motion nothing else is made, as long as it coasts.
- * Returns 0 where that is not so. */
+/* The same for a body with the inertia of a ball that nothing is near and that stays in its fat
+ * boxes: it gets its next state at once, and the phases skip it as long as it coasts. Returns 0
+ * where that is not so. */
 int32_t perp__glide(perp_world *world, int32_t body, double h);
-/* Takes it back, if it did; all of them. */
+/* Ends that, and takes the step back: of one body, of all. */
 void perp__stop_coasting(perp_world *world, int32_t body);
 void perp__stop_all_coasting(perp_world *world);
 int32_t perp__find_infinite(const perp_world *world);
 void perp__turn(const perp_world *world, perp__state *state, double t, const double *w);
 
 /* energy.c */
-/* The kinetic energy, as who moves with the velocity `frame` sees it. */
+/* The kinetic energy in the frame that moves with the velocity `frame`. */
 double perp__kinetic_of(const perp_world *world, int32_t body, const perp__state *state,
                         const double *frame);
-/* What the step took from a body, with the work of forces, as seen from there: from its state to
- * the next one; *rounding gets what of that may be rounding in addition. */
+/* The energy that a body lost in the step, the work of forces counted, in that frame; *rounding
+ * grows by the part of it that may be rounding. */
 double perp__energy_lost(const perp_world *world, int32_t body, const double *frame,
                          double *rounding);
-/* What it takes to shift it by a small twist against forces. */
+/* The work against forces of a displacement by a small twist. */
 double perp__work_needed(const perp_world *world, int32_t body, const double *shift);
 
 /* projection.c */
@@ -89,7 +89,7 @@ static inline void perp__note_put(perp_world *world, int32_t body)
 /* When the step's contacts are known: which bodies callers put deep into others, and are not apart
  * from them yet. */
 void perp__find_put(perp_world *world);
-/* *changed: next states are others. */
+/* *changed: some next state changed. */
 perp_status perp__project_overlaps(perp_world *world, int32_t *changed);
 
 /* snapshot.c: all that the next step reads, as bytes. */
@@ -104,8 +104,8 @@ perp_status perp__advance_world(perp_world *world, perp_step_result *result, dou
  * before it goes on; again where world->awake_changed. */
 perp_status perp__find_step_contacts(perp_world *world, double h,
                                      struct perp__solve_summary *summary);
-/* One step, within the budget that is open; or none, where that would be rough, as
- * world->rough says then, and world->divides. */
+/* One step, within the budget that is open. Where world->divides and the step would be rough there
+ * is none, and world->rough is set. */
 perp_status perp__step(perp_world *world, perp_step_result *result, double h);
 
 #endif

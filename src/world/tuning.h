@@ -2,16 +2,16 @@
 #ifndef PERP_WORLD_TUNING_H
 #define PERP_WORLD_TUNING_H
 
-/* Overlap and errors of joints, in sizes and radians, that are not worth removing. */
+/* Overlap and joint errors, in sizes and radians, that are left as they are. */
 #define PERP__IN_PLACE 1e-12
 
-/* Bodies, pairs or contacts between one that is asked of memory and that at hand. */
+/* Prefetch distance in loops: bodies, pairs or contacts ahead. */
 #define PERP__FETCHED_AHEAD 12
 
 /* Contacts that are solved exactly at once; of more, only what that brings to an answer quickly. */
 #define PERP__FEW_CONTACTS 8
 
-/* Passes after which it is asked whether they have come to an answer. */
+/* Passes between two checks of the residual. */
 #define PERP__PASSES 16
 
 #endif

@@ -20,8 +20,8 @@
 #define PERP__MAX_DIRECTIONS 64
 #define PERP__MAX_SUBSTEPS 1000
 
-/* What a caller did to a body, or to what it touches, since the last step; and what it is known for
- * until it comes apart from what it was put deep into. */
+/* A caller moved the body, or changed what it touches, since the last step; the body still overlaps
+ * others that it was put deep into. */
 enum { PERP__PUT = 1, PERP__PUT_INTO = 2 };
 
 /* What changes in time: exactly what a snapshot holds. */
@@ -33,11 +33,11 @@ typedef struct perp__state {
     double angular_velocity[3];
     double force[3];
     double torque[3];
-    int64_t put;   /* PERP__PUT, _INTO others; 0: neither */
+    int64_t put;   /* PERP__PUT, PERP__PUT_INTO; 0: neither */
     double led[6]; /* of a kinematic body: the twist that it had in the last step */
 } perp__state;
 
-/* What does not. */
+/* What does not change in time. */
 typedef struct perp__body {
     uint32_t generation;
     int32_t alive;
@@ -50,7 +50,7 @@ typedef struct perp__body {
     int32_t shapes;
     int32_t next_free;
     /* rest.c */
-    int32_t awake; /* on the list of these */
+    int32_t awake; /* is in world->awake */
     int32_t nap;   /* of a dynamic body that is asleep; -1: none */
     int32_t next_member;
     double mass;
@@ -58,14 +58,14 @@ typedef struct perp__body {
     double inverse_inertia[9];
     double factor[9];         /* C with inverse_inertia = C C' */
     double inverse_factor[9]; /* C^-1 */
-    double given_mass;        /* 0, and an inertia of zeros: the shapes' */
+    double given_mass;        /* of the settings; 0, inertia too: from the shapes */
     double given_inertia[9];
-    double shape_mass; /* of all shapes, with their moments about the body's origin */
+    double shape_mass; /* sum over the shapes; moments about the body's origin */
     double shape_moment[3];
     double shape_inertia[9];
 } perp__body;
 
-/* Two shapes whose fat boxes overlap. What lists and each pass read comes first. */
+/* Two shapes whose fat boxes overlap. Fields that every step reads of all pairs come first. */
 typedef struct perp__pair {
     int32_t first; /* slots, first < second; -1: the pair is free */
     int32_t second;
@@ -73,29 +73,29 @@ typedef struct perp__pair {
     int32_t previous[2];
     int32_t body[2]; /* of the shapes */
     int8_t plane;    /* one is a half-space */
-    int8_t listed;   /* among the ordered pairs, unless those are to be found anew */
+    int8_t listed;   /* is in world->pair_order, unless that is to be made anew */
     int8_t open;     /* the shapes do not touch plainly at the start of the step */
-    int8_t joined;   /* how often their points have come */
-    int8_t made;     /* points at the start of the step, PERP__MAX_POINTS at most; */
-    int8_t plain;    /* which did not depend on what pressed in the step before */
-    int8_t changed;  /* memories are others than those of the step before */
+    int8_t joined;   /* rounds of this step in which points were added */
+    int8_t made;     /* number of points at the start, PERP__MAX_POINTS at most */
+    int8_t plain;    /* `made` does not depend on the impulses of the last step */
+    int8_t changed;  /* memories differ from those of the step before */
     int8_t same;     /* points are those of the last step: its contacts from first_last on */
-    double spare;    /* gap from which on points of a half-space wait; INFINITY: none do */
+    double spare;    /* before a half-space: points beyond this gap are left out; INFINITY: none */
     double reach[2]; /* perp__turning_reach of the shapes */
     perp__collision collision;
-    double overlap;       /* of the next states: projection.c */
-    uint64_t steps;       /* after which `made` are those at hand */
+    double overlap;       /* at the end of the step: projection.c */
+    uint64_t steps;       /* number of the step whose points `made` counts */
     int32_t first_now;    /* its first contact of this step, */
     int32_t first_last;   /* and of the last */
-    int32_t late, latest; /* contacts that came after the first round: a list; -1: none */
+    int32_t late, latest; /* list of contacts added after the first round; -1: none */
     int32_t first_memory; /* impulses of the last step, see perp__remember */
     int32_t memories;
-    int32_t had_first; /* those of the step before */
+    int32_t had_first; /* memories of the step before that */
     int32_t had;
     int32_t first_sleeping; /* those that it fell asleep with; -1: none */
 } perp__pair;
 
-/* What a contact point was given in the last step, along the axes that come with its normal. */
+/* Impulse of a contact point in the last step, along the axes that belong to its normal. */
 typedef struct perp__memory {
     int32_t first; /* the shapes' slots */
     int32_t second;
@@ -103,8 +103,7 @@ typedef struct perp__memory {
     double normal[3];
     double position[3];
     double impulse[3];
-    double
-        base[3]; /* of an island that stands: as it was decided, from which forces changed since */
+    double base[3]; /* of an island at rest: the impulse that statics found */
 } perp__memory;
 
 /* A contact point of bodies that are asleep. */
@@ -116,7 +115,7 @@ typedef struct perp__sleeping_contact {
     perp_world_contact record;
 } perp__sleeping_contact;
 
-/* Bodies that fell asleep together. */
+/* Bodies that fell asleep together, and the results of their last step. */
 typedef struct perp__nap {
     int32_t first; /* member; -1: free */
     int32_t last;
@@ -151,30 +150,30 @@ typedef struct perp__shape {
     perp__geometry geometry;
 } perp__shape;
 
-/* How the solve of a body's island went. */
+/* How the solve of a body's island went: flags, but for counts and numbers that say so. */
 typedef struct perp__verdict {
     perp_outcome outcome;
-    int32_t stages;   /* intervals that were solved; 0: nothing to solve */
-    int32_t impacts;  /* instants */
-    int32_t swept;    /* within a budget, overlap and all */
+    int32_t stages;   /* count of intervals that were solved; 0: nothing to solve */
+    int32_t impacts;  /* count of instants with impacts */
+    int32_t swept;    /* solved by sweeps, which also took out overlap */
     int32_t is_first; /* of the island's first body */
-    int32_t jointed;  /* with its joints, */
-    int32_t swings;   /* and nothing else */
-    int32_t rough;    /* which turn further in an interval than what is linear there knows of */
-    int32_t coarse;   /* its joints were where the step begins, as it turns too far otherwise; */
-    int32_t endless;  /* contacts that are not finite */
-    int32_t asked;    /* rows of which it was asked whether they stand, and do not */
+    int32_t jointed;  /* has joints, */
+    int32_t swings;   /* and was solved by these alone: joints/swing.c */
+    int32_t rough;    /* it turns too far in an interval: the step is to be divided */
+    int32_t coarse;   /* joint rows are those of the start, as it turns too far */
+    int32_t endless;  /* count of contacts that are not finite */
+    int32_t asked;    /* count of rows for which statics last said: cannot stand */
     int32_t sketched; /* swept to see what meets, at a level that asks for more */
-    int32_t in_vain;  /* all that there is came to no answer in this step, of some part of it */
-    int32_t stands;   /* at rest beside what carries it, decided (islands/carried.c) */
-    int32_t rides;    /* it stands with the motion of a kinematic body */
-    int32_t may_rest; /* swept from next to nothing, and yet not found to stand */
-    double turn;      /* how far: joints/trial.c */
+    int32_t in_vain;  /* all methods failed in some interval of this step */
+    int32_t stands;   /* statics found it at rest on its carrier (islands/carried.c) */
+    int32_t rides;    /* it stands, and moves with a kinematic body */
+    int32_t may_rest; /* swept at nearly no velocity; statics has not found rest */
+    double turn;      /* largest rotation of a body in radians: joints/trial.c */
     double residual;
-    double drive; /* of sweeps: the velocities that it is a share of; 0: none were made */
+    double drive; /* of sweeps: velocity that `residual` is relative to; 0: not swept */
 } perp__verdict;
 
-/* Of a body, what passes through all pairs and contacts ask for. */
+/* What loops over all pairs and contacts read of a body. */
 typedef struct perp__role {
     int32_t island; /* -1: none */
     int32_t local;  /* number within the island */
@@ -182,20 +181,20 @@ typedef struct perp__role {
     int8_t touched; /* has contact points in this step */
     int8_t jointed; /* has joints */
     int8_t swept;   /* verdict.swept */
-    int8_t far;     /* turning or joints took it far from where that led */
-    int8_t put;     /* its state's, at the end of the step */
-    int8_t repeats; /* ends the step as it began, and no one changed it since */
-    int8_t calm;    /* so does all that is joined to it; at the root. When a step begins: so did all
-                       that is near it */
+    int8_t far;     /* turning or closing joints took it far from where the solve led */
+    int8_t put;     /* state.put at the end of the step */
+    int8_t repeats; /* ends the step as it began, and nobody changed it since */
+    int8_t calm;    /* of a set's root: all its bodies repeat. At the start of a step: all that is
+                       near the body did */
 } perp__role;
 
 /* A body within the step. Twists are (velocity, angular velocity), world frame. */
 typedef struct perp__motion {
-    uint64_t coasts;  /* world->coasting: is in its next state, as nothing is near it */
-    uint64_t placed;  /* world->coasting of the step whose states its shapes are placed by */
-    int32_t enclosed; /* the fat boxes hold what it does to the shapes */
-    int32_t carrier;  /* number within the island of what moves as it is told; -1: none */
-    double spare;     /* of its pairs with half-spaces */
+    uint64_t coasts;  /* world->coasting if it coasts: it is in its next state already */
+    uint64_t placed;  /* world->coasting when its shapes were placed last */
+    int32_t enclosed; /* its shapes stay in their fat boxes */
+    int32_t carrier;  /* number within the island, of a kinematic body; -1: of none */
+    double spare;     /* gap for pairs with half-spaces: perp__pair.spare */
     perp__verdict verdict;
     double moving[6]; /* twist that moves the positions; of a body that nothing touches, the mean
                          of start and free */
@@ -207,14 +206,14 @@ typedef struct perp__motion {
     double
         trial[6];   /* joints/trial.c: the moving twist, and that after the interval, that joints */
     double last[6]; /* are placed by */
-    double shift[6]; /* of the projection; */
-    double overlap;  /* the deepest of its pairs, and what joints lack */
+    double shift[6]; /* displacement by the projection; */
+    double overlap;  /* the deepest of its pairs, and the error of its joints */
     double unspent;  /* its part of the energy that the step lost */
 } perp__motion;
 
-/* Where bodies touch. From the axes on it is what points of a pair and normal have in common. */
+/* A contact point. From `axes` on, fields are common to the points of a pair with one normal. */
 typedef struct perp__world_contact {
-    double gap;         /* what may be closed along the normal */
+    double gap;         /* distance that the step may close along the normal */
     double free, start; /* velocity along the normal with the free twists, and before the step */
     double position[3]; /* at the start of the step, midway between the surfaces */
     double arms[2][3];  /* from the mass centres to the surfaces, in the pose of the collision */
@@ -229,11 +228,11 @@ typedef struct perp__world_contact {
     int32_t shape_a;
     int32_t shape_b;
     int32_t pair;
-    int32_t round;           /* of looking for contacts in which it came */
+    int32_t round;           /* in which it was found */
     uint32_t generations[4]; /* of bodies and shapes */
 } perp__world_contact;
 
-/* What a step makes of it. */
+/* What a step computes of a contact point. */
 typedef struct perp__response {
     double remembered[3]; /* impulse of the last step, along the axes; */
     double warm[3];       /* and the one to start from */
@@ -242,31 +241,31 @@ typedef struct perp__response {
     double velocity[3];
     double base[3]; /* perp__memory */
     int32_t mode;   /* PERP_CONTACT_... */
-    int32_t later;  /* contact of the pair, of those that came after the first round; -1: none */
+    int32_t later;  /* next in the pair's list `late`; -1: none */
 } perp__response;
 
-/* And what rounds read of it. */
+/* What rounds and islands read of a contact point. */
 typedef struct perp__contact_flags {
     int32_t body[2];
     int32_t local[2]; /* their numbers within the island; -1: of none */
-    int8_t included;  /* takes part in the problems; the others were found not to matter */
+    int8_t included;  /* takes part in the problems */
     int8_t fresh;     /* included since its island was solved last */
-    int8_t closed;    /* its gap is not told apart from 0, as it came */
+    int8_t closed;    /* its gap was 0 to rounding when it was found */
     int8_t rubs;      /* has friction */
-    int8_t moved;     /* lies where only a motion of the bodies brings it */
+    int8_t moved;     /* found in a later pose, and its gap is not 0 */
     int8_t deep;      /* perp__is_deep() */
-    int8_t repeats;   /* is that of the last step, to the last bit */
-    int8_t pushes;    /* takes part in closing joints */
-    uint64_t key;     /* of what its rows are made of; 0: not made yet (standing.c) */
+    int8_t repeats;   /* equals that of the last step, bit for bit */
+    int8_t pushes;    /* takes part where joints are closed (joints/closing.c) */
+    uint64_t key;     /* identifies the data of its rows; 0: not made yet (standing.c) */
 } perp__contact_flags;
 
 typedef struct perp__contact_set {
     perp__world_contact *contacts;
     perp__response *responses;
     perp__contact_flags *flags;
-    int32_t included; /* of the step's: how many are, */
+    int32_t included; /* how many are included, */
     int32_t rubbing;  /* of them, with friction, */
-    int32_t early;    /* and how many came in the first round */
+    int32_t early;    /* and how many were found in the first round */
     int32_t count;
     int32_t capacity;
 } perp__contact_set;
@@ -278,29 +277,29 @@ typedef struct perp__island {
     int32_t contacts;
     int32_t first_joint; /* in joint_order */
     int32_t joints;
-    int64_t spent; /* lanes.c: on it, when it was solved last */
+    int64_t spent; /* iterations of its last solve: lanes.c */
 } perp__island;
 
 /* Workspace of one island, large enough for the largest. Numbers: coordinates by body. */
 typedef struct perp__island_work {
-    int32_t max_contacts, max_bodies; /* with the units of joints; and what moves as it is told */
+    int32_t max_contacts, max_bodies; /* contacts with joint units; bodies with carriers */
     int32_t max_jointed;              /* bodies of an island with joints, for `before` to `tried` */
     size_t fitted[3];
-    int32_t carriers;                  /* of the latter */
+    int32_t carriers;                  /* kinematic bodies among them */
     int32_t count;                     /* contacts that take part in the problem at hand, */
     int32_t *chosen;                   /* by number in the island, */
     perp__rigid_rows *rows;            /* and their rows */
     int32_t inequalities, units;       /* and with the joints': up to here, and all */
     perp__joint_unit *joint_units;     /* which those are */
-    double share;                      /* of a step: the interval of `free` */
-    double length, gone, span;         /* of the step; up to the interval at hand; and of that */
-    int32_t set_up;                    /* the solver has these */
-    int32_t *members, *parts;          /* the bodies; which of them joints join: joints/step.c */
+    double share;                      /* interval of `free` as a share of the step */
+    double length, gone, span;         /* times: the step, what is past of it, the interval */
+    int32_t set_up;                    /* the solver is set up for these rows */
+    int32_t *members, *parts;          /* the bodies; their sets by joints: joints/step.c */
     perp__state *before;               /* joints/projection.c: their next states, before a shift */
     perp__path *paths;                 /* their ways through the interval, with joints */
     double *factors, *origins;         /* of the bodies, perp__rigid_problem */
     double *start, *gain;              /* numbers: before the step, and what forces add in it */
-    double *now, *drift;               /* numbers: velocities, and the way so far */
+    double *now, *drift;               /* numbers: velocities, and displacements so far */
     double *tried;                     /* PERP__TRIED a body and round: trial.c */
     double *free, *v, *moving;         /* numbers: of the interval at hand */
     int32_t *carrier, *modes;          /* bodies; contacts chosen */
@@ -342,8 +341,8 @@ struct perp_world {
 
     perp__body *bodies;
     perp__state *states;
-    int32_t *clusters; /* of bodies that fixed joints hold together: a forest (base/groups.h) */
-    int32_t *awake;    /* bodies: in order, and after them what was roused since */
+    int32_t *clusters; /* bodies joined by fixed joints: a forest (base/groups.h) */
+    int32_t *awake;    /* bodies: in order, then those woken since */
     int32_t awake_count;
     int32_t roused_count;
     int32_t awake_changed;
@@ -361,10 +360,10 @@ struct perp_world {
     int32_t joint_capacity;
     int32_t free_joint;
     int32_t joint_count;
-    int32_t divides;  /* parts of a step, of which one that is rough is given up; 0: none is */
-    int32_t rough;    /* the last one was */
+    int32_t divides;  /* > 0: the step is one of so many parts; a rough one is given up */
+    int32_t rough;    /* the last step was rough: perp__is_rough */
     uint64_t edition; /* counts bodies and joints added and removed */
-    int32_t weighed;  /* since shapes came, the mass centres have been looked at */
+    int32_t weighed;  /* mass centres were checked since the last shape was added */
 
     /* the step's own memory, by size */
     perp__arena body_arena;
@@ -373,12 +372,12 @@ struct perp_world {
     perp__role *roles;
     int32_t *moving_bodies; /* awake bodies that do not coast */
     int32_t moving_count;
-    uint64_t coasting; /* the number of the step, to know those that do */
+    uint64_t coasting; /* number of the step: motions with it in `coasts` coast */
     int32_t *parent;
-    int32_t *moved; /* the round of looking for contacts in which a body's motion was a new one */
+    int32_t *moved; /* bodies: the last round in which the motion changed */
     int32_t *body_order;
     perp__island *islands;
-    int32_t fitted_bodies, fitted_shapes; /* what there was room for */
+    int32_t fitted_bodies, fitted_shapes; /* sizes that body_arena has room for */
     perp__placed *placed;
     int32_t *awake_shapes;
     perp__arena order_arena;
@@ -397,23 +396,23 @@ struct perp_world {
     int32_t free_pair;
     int32_t pair_count;      /* of what is awake */
     perp__keyed *pair_order; /* these, by their shapes; as much again for sorting */
-    int32_t pairs_added;     /* since they were sorted: so many in the second half; */
-    int32_t pairs_changed;   /* others ended; 2: all may be others */
+    int32_t pairs_added;     /* count since the last sort, in the second half; */
+    int32_t pairs_changed;   /* some pair ended; 2: all may have changed */
     int32_t *met_pairs;      /* those that meet in a round */
     perp__memory *memories;  /* pair by pair */
     perp__memory *next_memories;
     int32_t memory_count;
     int32_t memory_capacity;
-    int32_t memories_restored; /* and not found by their pairs yet */
+    int32_t memories_restored; /* from a snapshot, and not assigned to pairs yet */
     int32_t rounds;            /* of looking for contacts in this step */
-    int32_t sketches; /* what meets is not known yet, and solutions say no more than that */
+    int32_t sketches;          /* solves only find what meets; exact solves follow */
     int32_t island_count;
-    const perp__contact_set *island_set; /* whose contacts they have */
+    const perp__contact_set *island_set; /* the set that their contacts are in */
     perp__contact_set contacts;          /* of the step */
-    perp__contact_set last;              /* of the last one that went on */
+    perp__contact_set last;              /* of the last step that advanced */
     int32_t last_included;
     int32_t some_put;           /* some body is PERP__PUT, or _INTO others */
-    int32_t settled;            /* bodies that end the last step as they began it */
+    int32_t settled;            /* bodies that ended the last step as they began it */
     perp__contact_set overlaps; /* of the projection */
     perp_contact_solver *solver;
     perp__coloured coloured;
@@ -426,8 +425,8 @@ struct perp_world {
 
     /* rest.c */
     double step_length; /* of the last step */
-    double scaled; /* the largest residual of what was swept and has less impulse for its energy */
-    int32_t untimed; /* steps since one was timed */
+    double scaled;      /* largest residual of swept islands whose impulses were cut for energy */
+    int32_t untimed;    /* steps since one was timed */
     perp__nap *naps;
     int32_t nap_slots, nap_capacity, free_nap;
     perp__nap asleep; /* all of them together */
@@ -435,10 +434,10 @@ struct perp_world {
     perp__sleeping_contact *sleeping;
     int32_t sleeping_slots, kept_capacity, free_sleeping;
     int32_t sleeping_count, sleeping_included;
-    int32_t first_orphan, orphan_count; /* kept of pairs that ended since the last step */
+    int32_t first_orphan, orphan_count; /* sleeping contacts of ended pairs */
 
     perp__saved_state begun, tried; /* adaptive.c: before the call, before the step tried; */
-    perp__saved_state whole;        /* states where that leads as a whole */
+    perp__saved_state whole;        /* the states after that step in one piece */
     perp_world_contact *records;    /* of the last step, when they were asked for */
     int32_t record_count;
     int32_t record_capacity;

@@ -40,7 +40,7 @@ static perp_status check_number(perp_context *context, const char *name, double 
     return perp__fail(context, PERP_ERROR_NOT_FINITE, "%s is %g", name, value);
 }
 
-/* Enters, and reads the law into `own` where all is well. out: an output of that name. */
+/* Enters, and reads the law into *copy where all is well. out: an output of that name. */
 static perp_status begin(perp_context *context, perp_bristle *copy, const perp_bristle *law,
                          int bristles, const char *name, const void *out)
 {
