@@ -8,7 +8,7 @@
 /* Prefetch distance in loops: bodies, pairs or contacts ahead. */
 #define PERP__FETCHED_AHEAD 12
 
-/* Contacts that are solved exactly at once; of more, only what that brings to an answer quickly. */
+/* Islands of up to so many contacts are solved exactly at once; larger ones only if it is quick. */
 #define PERP__FEW_CONTACTS 8
 
 /* Passes between two checks of the residual. */

@@ -296,7 +296,7 @@ typedef struct perp__island_work {
     int32_t set_up;                    /* the solver is set up for these rows */
     int32_t *members, *parts;          /* the bodies; their sets by joints: joints/step.c */
     perp__state *before;               /* joints/projection.c: their next states, before a shift */
-    perp__path *paths;                 /* their ways through the interval, with joints */
+    perp__path *paths;                 /* their displacements in the interval, with joints */
     double *factors, *origins;         /* of the bodies, perp__rigid_problem */
     double *start, *gain;              /* numbers: before the step, and what forces add in it */
     double *now, *drift;               /* numbers: velocities, and displacements so far */
@@ -306,8 +306,8 @@ typedef struct perp__island_work {
     double *impulse, *velocity, *warm; /* 3 a contact chosen */
     double *turning;                   /* 3 a contact chosen, too: along.c */
     double *came;                      /* contacts chosen: normal velocities of `now` */
-    double *gap, *guard;               /* contacts of the island */
-    double *strength, *solved, *solved_rows; /* bodies; numbers; 3 a contact: of hold */
+    double *gap, *guard;               /* contacts of the island; overlap that is left: sweep.c */
+    double *strength, *solved, *solved_rows; /* bodies; numbers; 3 a contact: exact.c */
     double *forces;                          /* 7 a body: standing.c */
     double *still, *stand_forces;            /* numbers: of standing.c, like all these */
     double *stand_base, *stand_r;            /* 3 a unit */
@@ -324,7 +324,7 @@ typedef struct perp__saved_state {
     size_t room;
 } perp__saved_state;
 
-/* What the step may still spend. */
+/* Time and iterations that the step may still spend. */
 typedef struct perp__budget {
     int32_t limited;    /* by time */
     double until;       /* the phase at hand; on perp__now()'s clock */
@@ -398,7 +398,7 @@ struct perp_world {
     perp__keyed *pair_order; /* these, by their shapes; as much again for sorting */
     int32_t pairs_added;     /* count since the last sort, in the second half; */
     int32_t pairs_changed;   /* some pair ended; 2: all may have changed */
-    int32_t *met_pairs;      /* those that meet in a round */
+    int32_t *met_pairs;      /* pairs that meet in the round at hand */
     perp__memory *memories;  /* pair by pair */
     perp__memory *next_memories;
     int32_t memory_count;
