@@ -21,8 +21,7 @@
 
 /* motion.c */
 void perp__rotation_of(const perp_world *world, const perp__state *state, double *R);
-/* Of a shape, and a body, or all that are awake, with their shapes; turned: since that was placed
- * last, maybe. */
+/* Of a shape, and a body, or all awake, with their shapes; turned: since last placed, maybe. */
 void perp__place_shape(const perp__shape *shape, const double *position, const double *R,
                        int32_t turned, perp__placed *placed);
 void perp__place_body(perp_world *world, const perp__state *states, int32_t body, int32_t turned);
