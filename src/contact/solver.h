@@ -329,8 +329,7 @@ perp_status perp__contact_polish_start(perp_contact_solver *solver, int32_t know
  * one is an answer: milliseconds. */
 perp_status perp__contact_polish_search(perp_contact_solver *solver);
 
-/* ---- rigid bodies in the place of the dynamics, solver->rigid the caller's problem: rigid/ ----
- */
+/* ---- rigid bodies in the place of the dynamics, solver->rigid the caller's: rigid/ ---- */
 
 /* v and q of the free velocities, and in `load` the sizes of the terms of q. */
 void perp__rigid_load(perp_contact_solver *solver);

@@ -35,8 +35,7 @@ double *perp__active_rows_next(const perp__active_rows *active);
 /* Takes it, with what it makes of y. One that is 0 is left out. */
 void perp__active_rows_add(perp__active_rows *active, double target);
 /* Finds the rank, an orthonormal basis of the rows (rank by n) and the shortest y_0 that meets the
- * targets of the rows taken; the others are met as far as they are consistent. Destroys rows and
- * targets. */
+ * targets of the rows taken; others are met as far as consistent. Destroys rows and targets. */
 void perp__active_rows_solve(perp__active_rows *active);
 /* y := y_0 and what the rows leave of y; and the components. */
 void perp__active_rows_free(perp__active_rows *active, double *y);

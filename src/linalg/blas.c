@@ -1,5 +1,4 @@
-/* blas.h by the system's BLAS and LAPACK, and by plain loops where a call would cost more than the
- * arithmetic. */
+/* blas.h by the system's BLAS and LAPACK, by plain loops where a call costs more than these. */
 #include "linalg/blas.h"
 
 #include "linalg/factor/factor.h"

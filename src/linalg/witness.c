@@ -28,8 +28,7 @@
  * as they must be, their terms were rounding alone. Contradictions need a right side (Farkas).
  *
  * Units are not unique. Those of the equilibration come from diagonals and from couplings to them:
- * where one of these may be noise, as in [[1e-13, 4], [-4, 0]], the caller's units are balanced
- * instead. */
+ * where one may be noise, as in [[1e-13, 4], [-4, 0]], the caller's units are balanced instead. */
 #include "linalg/witness.h"
 
 #include <float.h>
@@ -130,8 +129,7 @@ static void find_units(perp__witness *t, const perp__witness_point *p)
 }
 
 /* Whether every violation is small beside q_i alone, or the terms of its row, of any matrix;
- * *hidden: one is so large beside q_i that terms which cancel may hide it. What overflows proves
- * nothing. */
+ * *hidden: one is so large beside q_i that terms which cancel may hide it. Overflow is no proof. */
 static int32_t is_small_in_rows(perp__witness *t, const perp__witness_point *p, int32_t *hidden)
 {
     int32_t known = 0, i;

@@ -34,8 +34,7 @@ typedef struct perp__witness {
 void perp__witness_layout(perp__arena *arena, perp__witness *witness, size_t n);
 
 /* The largest own residual of a row, INFINITY where one is off by its own right side; or 0 where a
- * look at the violations shows that it is at most tol. The owner sets witness->known to 0 when M
- * has changed. */
+ * look at the violations shows it is at most tol. Who changes M sets witness->known to 0. */
 double perp__witness_own_residual(perp__witness *witness, const perp__witness_point *point);
 
 /* terms[i] := sum_j |M_ij z_j| + |q_i|, scaled by 2^units, divided by 2^omegas; NULL: as it is. */

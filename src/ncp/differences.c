@@ -7,8 +7,7 @@
 #include "ncp/model.h"
 
 /* ---- columns that can be differenced together: Curtis, Powell & Reid, "On the estimation of
- * sparse Jacobian matrices", J. Inst. Maths Applics 13 (1974); greedy, in the order of the columns
- * ---- */
+ * sparse Jacobian matrices", J. Inst. Maths Applics 13 (1974); greedy, in columns' order ---- */
 
 /* Colours the columns of the caller's pattern, once. A dense matrix has a colour a column. */
 static void colour(perp__ncp_model *m)

@@ -90,8 +90,7 @@ static perp_status step(perp__newton *f, void *user)
     const int32_t trials = is_away ? 1 : TRIALS;
     perp_status moved = 0;
 
-    /* d := z_N - z. Where trust has led away from what is kept no linear problem is worth
-     * forcing. */
+    /* d := z_N - z. Where trust led away from what is kept no linear problem is worth forcing. */
     for (int32_t k = 0; k < trials && moved == 0 && !perp__ncp_is_late(l->run->model); k++)
         moved = solve_linear(l, proximal[k], is_away);
     if (moved < 0)

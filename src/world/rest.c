@@ -152,8 +152,7 @@ void perp__forget_naps(perp_world *world)
     world->free_sleeping = world->first_orphan = NONE;
 }
 
-/* Keeps contact i of the last step, whose pair's memories were written, behind what its pair kept
- * before. */
+/* Keeps contact i of the last step, its pair's memories written, behind what that kept before. */
 static void keep_contact(perp_world *world, int32_t i, perp__nap *nap)
 {
     const perp__world_contact *contact = &world->last.contacts[i];

@@ -71,3 +71,44 @@ def test_what_stays_rests(seed: int, level: str, planar: bool) -> None:
         world.step(0.01)
         for body in resting:
             assert not np.any(body.velocity) and not np.any(body.angular_velocity), step
+
+
+@pytest.mark.parametrize("planar", (False, True))
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("seed", range(10))
+def test_what_is_hit_between_walls_goes_on(seed: int, level: str, planar: bool) -> None:
+    """A box just as wide as its chute stands, by walls that press as hard as friction needs. Hit, it
+    goes on with what hit it, or stops it; it does not stop alone."""
+    random = np.random.default_rng(seed)
+    count, h = 2 if planar else 3, 0.01
+    up = np.eye(count)[-1]
+    world = perp.World(-9.81 * up, friction=random.uniform(0.3, 0.9), accuracy=level, planar=planar)
+    for side in (1, -1):
+        world.ground.add_plane(side * np.eye(count)[0], -0.5)
+    box = world.add_body(1.0, position=0 * up)
+    box.add_box((0.5, 0.2) if planar else (0.5, 0.3, 0.2))
+    world.step(h)
+    ball = world.add_body(10 ** random.uniform(-1, 1), position=0.3 * up,
+                          velocity=-random.uniform(2.0, 5.0) * up)
+    ball.add_sphere(0.1)
+    for _ in range(3):
+        world.step(h)
+        # what forces make of a velocity in a step, as rests are decided by that
+        assert (ball.velocity - box.velocity) @ up > -9.81 * h
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_polyhedra_hold_no_more_than_they_have(level: str) -> None:
+    """Between two of four edges they hold 1 / sqrt(2) of what the cone does, and the slope asks .9."""
+    friction = 0.5
+    slope = math.atan(0.9 * friction)
+    along = math.sin(slope) / math.sqrt(2)
+    world = perp.World(9.81 * np.array((along, along, -math.cos(slope))), friction=friction,
+                       accuracy=level, cone=4)
+    world.ground.add_plane((0, 0, 1))
+    world.add_body(1.0, position=(0, 0, 0.1)).add_box((1, 1, 0.1))
+    world.step(0.01)
+    for contact in world.contacts:
+        normal, *tangents = contact.impulse
+        # sums of impulses to the default tol
+        assert np.abs(tangents).sum() <= friction * normal * (1 + 1e-10) + 1e-10

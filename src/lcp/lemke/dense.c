@@ -397,8 +397,7 @@ static void read_inverse_row(perp__lemke *l, int32_t r, double *row)
 }
 
 /* The inverse of the active block is in the tableau: with x_A basic and v_A nonbasic,
- * x_A = ... - T_AA v_A, and where M z + q leaves v_A at a residual, x_A is off by -T_AA times it.
- */
+ * x_A = ... - T_AA v_A, and where M z + q leaves v_A a residual, x_A is off by -T_AA times it. */
 static int32_t correct(void *work, const double *residual, double *step)
 {
     perp__lemke *l = work;

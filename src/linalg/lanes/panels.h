@@ -33,8 +33,7 @@ typedef struct perp__panel_kernels {
      * apart. Makes the caches ready for the same rows of the columns PERP__STRIP further on. */
     void (*subtract_tile)(size_t panels, size_t depth, const double *U, size_t stride,
                           const double *V, double *C, size_t ldc);
-    /* x := x - f V for rows of PERP__STRIP entries, quotients := x / pivot; V is depth by
-     * PERP__STRIP. */
+    /* x := x - f V for rows of PERP__STRIP entries, quotients := x / pivot; V: depth rows. */
     void (*subtract_rows)(size_t depth, const double *f, const double *V, double pivot, double *x,
                           double *quotients);
     /* u := column / pivot, into a column of U, and into := -u. */

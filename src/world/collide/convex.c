@@ -311,8 +311,7 @@ void perp__convex_closest(const perp__convex_pair *pair, perp__closest *closest)
             perp__subtract3(between, on_b, on_a);
             double distance = perp__normalise3(between);
 
-            /* of equal distances that of parallel edges: the others end where these lie beside each
-             * other */
+            /* of equal distances that of parallel edges: others end where these lie side by side */
             const double counts = distance - (parallel ? PERP__NEGLIGIBLE * pair->size : 0.0);
             if (!(counts < least))
                 continue;

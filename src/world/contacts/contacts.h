@@ -139,8 +139,7 @@ static inline int32_t perp__is_swept(const perp_world *world, const perp__pair *
 
     return (a->swept || b->swept) && !a->far && !b->far;
 }
-/* Points of the next states, of what is not swept: with gaps up to `ways` times the overlaps of the
- * two bodies. */
+/* Points of the next states, of what is not swept: gaps up to `ways` times the bodies' overlaps. */
 perp_status perp__find_overlaps(perp_world *world, double ways);
 
 /* rounds.c */
@@ -148,8 +147,7 @@ perp_status perp__find_overlaps(perp_world *world, double ways);
  * what these take into each other by more than that share of their size. Returns how many. */
 int32_t perp__include_points(perp_world *world, double h, double deep);
 /* Includes what they make meet, too. Points come to the set, and points of the set become
- * `included` and `fresh`; *came tells how many. Contacts keep their numbers, not their places in
- * memory. */
+ * `included` and `fresh`; *came tells how many. Contacts keep numbers, not places in memory. */
 perp_status perp__join_contacts(perp_world *world, double h, double deep, int32_t *came);
 
 /* memory.c */

@@ -12,8 +12,7 @@ perp_status perp__reserve_memories(perp_world *world, int32_t count)
     return perp__grow(world->context, "the contacts", &world->memory_capacity, count, arrays, 2);
 }
 
-/* What a point of the last step was given, along the axes of a point now; the same bits where these
- * are. */
+/* What a point of the last step was given, along axes of a point now; same axes, same bits. */
 static void turn_impulse(const perp_world *world, const perp__memory *memory,
                          const perp__world_contact *contact, double *out)
 {
@@ -177,8 +176,7 @@ void perp__find_memories(perp_world *world)
     }
 }
 
-/* Whether the pair's memories are other ones than those of the step before, or no one asks, as a
- * body moves. */
+/* Whether the pair's memories are not those of the step before, or no one asks: a body moves. */
 static int32_t is_news(const perp_world *world, const perp__pair *pair)
 {
     const perp__role *a = &world->roles[pair->body[0]], *b = &world->roles[pair->body[1]];

@@ -1,12 +1,10 @@
-/* The problem of an island solved to tol by the methods of the contact layer, or as far as the
- * budget goes. */
+/* The problem of an island solved to tol by methods of contact/, or as far as the budget goes. */
 #include "world/joints/joints.h"
 
 #include "base/context.h"
 
-/* What is solved to tol is so to this, where the caller says nothing; and what the methods are
- * asked for beside it: they come to rounding nearly always, and then so does a brick at its
- * threshold. */
+/* What is solved to tol is so to this, where the caller says nothing; and what methods are asked
+ * for beside it: they come to rounding nearly always, and then so does a brick at its threshold. */
 #define EXACT_TOL 1e-10
 #define SHARPER 1e-2
 

@@ -429,15 +429,34 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
     return PERP_OK;
 }
 
+/* Whether to stop bodies, work.v -> work.still, makes unit i close, or a joint part, faster than
+ * what forces explain. */
+static int32_t is_strained(const perp_world *world, const perp__island *island, int32_t i)
+{
+    const perp__island_work *work = &world->work;
+    const int32_t touches = i < work->count, bodies = island->bodies;
+    double most = 0.0;
+
+    for (int32_t k = 0; k < (touches ? work->impulse[3 * i] > 0.0 : work->rows[i].dim); k++) {
+        const double closes = perp__row_velocity(world, i, k, work->v, bodies, 1) -
+                              perp__row_velocity(world, i, k, work->still, bodies, 1);
+
+        most = fmax(most, touches ? closes : fabs(closes));
+    }
+    return most > 0.0 && most > perp__forced_speed(world, island, i, 1);
+}
+
 /* work.still := work.v, but 0 of what began at rest, `slowly`: and has less than forces make of it.
- * Returns whether these can be asked: where something changes, and nothing is deep that is swept.
- */
+ * Returns whether these can be asked: where something changes, nothing is deep that is swept, and
+ * else nothing that moves is strained. */
 static int32_t part(perp_world *world, const perp__island *island, int32_t slowly, int32_t swept)
 {
     perp__island_work *work = &world->work;
     const int32_t n = world->dof;
     int32_t may = 0;
 
+    if (world->settings.cone != 0 && !world->settings.planar) /* statics has the exact one */
+        return 0;
     memcpy(work->still, work->v, (size_t)(n * island->bodies) * sizeof(double));
     for (int32_t i = 0; i < island->bodies; i++) {
         const double *v = work->v + n * i;
@@ -449,9 +468,11 @@ static int32_t part(perp_world *world, const perp__island *island, int32_t slowl
         may |= !perp__is_zero(v, n);
         memset(work->still + n * i, 0, (size_t)n * sizeof *v);
     }
-    for (int32_t i = 0; i < work->count && may && swept; i++)
-        may = !perp__is_deep(perp__step_contact(world, island, i)) ||
-              perp__step_flags(world, island, i)->moved || moves(world, island, i);
+    for (int32_t i = 0; i < work->units && may; i++)
+        may = moves(world, island, i)
+                  ? slowly || !is_strained(world, island, i)
+                  : !swept || i >= work->count || perp__step_flags(world, island, i)->moved ||
+                        !perp__is_deep(perp__step_contact(world, island, i));
     return may;
 }
 

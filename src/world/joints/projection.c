@@ -349,8 +349,7 @@ static perp_status meet_ends(perp_world *world, const perp__island *island, perp
 }
 
 /* The nearest velocities that joints have, of what only swings. The impulses by which they become
- * so are told along rows that no others say: along what repeats these they are rounding, of any
- * size. */
+ * so are told along rows that no others say: along what repeats these they are mere rounding. */
 static perp_status end_swing(perp_world *world, const perp__island *island)
 {
     const perp__island_work *work = &world->work;
