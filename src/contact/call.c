@@ -1,5 +1,4 @@
-/* What the caller chooses, what a solve is called with, what it asks on the way, and what it hands
- * back. */
+/* What the caller chooses, what a solve is called with, asks on the way, and hands back. */
 #include <math.h>
 
 #include "base/check.h"

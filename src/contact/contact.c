@@ -53,8 +53,7 @@ static perp_status fit(perp_contact_solver *solver, perp__contact_slot *slot)
                                slot->method->layout, &solver->problem, solver->setups);
 }
 
-/* Of rigid bodies, of which one problem follows the other: whatever start the next one has, its
- * method has room by then. */
+/* Of rigid bodies, problems follow each other: whatever start the next one has, there is room. */
 static perp_status reserve(perp_contact_solver *solver)
 {
     perp__contact_slot *slot = slot_of(solver, PERP_CONTACT_METHOD_PROXIMAL);

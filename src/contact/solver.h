@@ -135,7 +135,7 @@ struct perp_contact_solver {
     const struct perp__rigid_problem *rigid; /* with its entrance, during a call */
     int32_t proves;                          /* proofs of infeasibility are looked for */
     int32_t quick;                           /* as perp__rigid_problem's */
-    int32_t steps;                           /* it has made some: of many rows no last sweeps */
+    int32_t steps;                           /* 1: a step asks: of many rows no last sweeps */
     double enough;                           /* residuals that need none either; 0: none */
     int32_t n;                               /* velocities; 0 where W was given */
     int32_t entrance;                        /* PERP__NO_PROBLEM or how the problem came */

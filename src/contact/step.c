@@ -212,7 +212,6 @@ static perp_status solve(perp_contact_solver *solver, perp_contact_step *s, int3
     perp_status status = PERP_OK;
 
     s->rests = 0;
-    solver->steps = 1;
     if (!keeps)
         status = perp__contact_setup(solver, laws, dynamics, NULL);
     PERP__THEN(status, check_sizes(solver, s));
@@ -225,7 +224,10 @@ static perp_status solve(perp_contact_solver *solver, perp_contact_step *s, int3
     for (int32_t i = 0; i < s->n; i++) /* f = M velocity + h force */
         changes |= perp__put(&s->f[i], momentum[i] + s->h * s->force[i]);
     s->was_known = !changes && keeps;
-    return s->was_known ? PERP_OK : perp__contact_solve(solver, &call);
+    solver->steps = 1; /* of this call alone: the handle may solve other problems as well */
+    status = s->was_known ? PERP_OK : perp__contact_solve(solver, &call);
+    solver->steps = 0;
+    return status;
 }
 
 static perp_status step_once(perp_contact_solver *solver, perp_contact_step *s,
