@@ -253,8 +253,8 @@ static perp_status step_once(perp_contact_solver *solver, perp_contact_step *s,
             s->is_other = memcmp((const char *)*w->at + w->offset + (size_t)k * (size_t)w->stride,
                                  seen + (size_t)k * (size_t)w->bytes, (size_t)w->bytes) != 0;
     }
-    if (!s->is_other)
-        PERP__THEN(status, check_arrays(solver->context, s));
+    if (status == PERP_OK && !s->is_other)
+        status = check_arrays(solver->context, s);
     if (status != PERP_OK || s->is_other)
         return status;
 
