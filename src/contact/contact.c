@@ -122,16 +122,6 @@ static perp_status check_abort(perp_contact_solver *solver)
                : PERP_OK;
 }
 
-/* The polish is dense. With many rows of bodies it is worth its cost only where the tested residual
- * is small enough and some contact's own is not, as that hides beside heavier bodies. */
-static int32_t is_worth_polish(const perp_contact_solver *solver,
-                               const perp__contact_residuals *residuals)
-{
-    return solver->size <= POLISHED_ROWS ||
-           (!solver->problem.yields &&
-            (!solver->has_bodies || (residuals->tested <= solver->enough && !is_enough(solver))));
-}
-
 /* One run of a method, from start to candidate. */
 static perp_status run_once(perp_contact_solver *solver, perp__contact_slot *slot,
                             enum origin origin, int32_t attempt, perp__contact_residuals *residuals)
@@ -161,8 +151,12 @@ static perp_status run_once(perp_contact_solver *solver, perp__contact_slot *slo
     check_clock(solver);
     status = perp__contact_consider(solver, slot->method->id,
                                     iterate.has_modes ? iterate.modes : NULL, residuals);
+    /* The polish is dense. With many rows of bodies it is worth its cost only where the tested
+     * residual is small enough and some contact's own is not, as that hides beside heavier ones. */
     if (status == PERP_OK && !ends_the_search(solver) && residuals->tested <= POLISHED &&
-        is_worth_polish(solver, residuals))
+        (solver->size <= POLISHED_ROWS ||
+         (!solver->problem.yields &&
+          (!solver->has_bodies || (residuals->tested <= solver->enough && !is_enough(solver))))))
         status = perp__contact_polish_run(solver);
     return status == PERP_OK ? check_abort(solver) : status;
 }

@@ -39,18 +39,6 @@ perp_status perp__polish_fit(perp_lcp_solver *solver)
     return status;
 }
 
-/* Factors the active block + rho I; a singular one is told by *regular = 0. */
-static perp_status factor(perp_lcp_solver *solver, int32_t count, double rho, int32_t *regular)
-{
-    const int32_t *active = solver->polish.active;
-    const perp_status status = rho > 0.0
-                                   ? perp__sparse_block_factor(&solver->block, active, count, rho)
-                                   : perp__sparse_block_approach(&solver->block, active, count);
-
-    *regular = status == PERP_OK;
-    return status == PERP__FACTOR_SINGULAR ? PERP_OK : status;
-}
-
 /* Whether the equations hold as well as a double z allows: a look that costs less than a solve. */
 static int32_t is_refined(perp_lcp_solver *solver, int32_t count)
 {
@@ -211,7 +199,8 @@ int32_t perp__polish_correct(perp_lcp_solver *solver, perp__evaluation *residual
 static perp_status attempt(perp_lcp_solver *solver, int32_t rounds, double rho,
                            perp__evaluation *best)
 {
-    int32_t regular, changes = 1;
+    const int32_t *active = solver->polish.active;
+    int32_t changes = 1;
     perp_status status = PERP_OK;
 
     for (int32_t round = 0; round < rounds && changes > 0; round++) {
@@ -233,8 +222,9 @@ static perp_status attempt(perp_lcp_solver *solver, int32_t rounds, double rho,
             }
         }
         /* 2. The equations of those that are. */
-        status = factor(solver, count, rho, &regular);
-        if (status != PERP_OK || !regular)
+        status = rho > 0.0 ? perp__sparse_block_factor(&solver->block, active, count, rho)
+                           : perp__sparse_block_approach(&solver->block, active, count);
+        if (status != PERP_OK)
             break;
         if (moved) /* else w is that of the last evaluation */
             perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
@@ -251,7 +241,7 @@ static perp_status attempt(perp_lcp_solver *solver, int32_t rounds, double rho,
         if (perp__is_exact(solver, best))
             break;
     }
-    return status;
+    return status == PERP__FACTOR_SINGULAR ? PERP_OK : status;
 }
 
 perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *residuals, int32_t is_good)

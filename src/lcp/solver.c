@@ -159,12 +159,6 @@ static int32_t is_free(const double *lower, const double *upper, int32_t i)
     return lower[i] == -INFINITY && (!upper || upper[i] == INFINITY);
 }
 
-/* M_ij M_ji > 0: 1; < 0: -1. */
-static int32_t sign_of(double entry, double mirrored)
-{
-    return entry == 0.0 || mirrored == 0.0 ? 0 : (entry > 0.0) == (mirrored > 0.0) ? 1 : -1;
-}
-
 /* Whether row i is to be turned round, with signs of the others as they are. */
 static int32_t is_turned(const perp__matrix *M, int32_t i, const int8_t *signs)
 {
@@ -175,9 +169,10 @@ static int32_t is_turned(const perp__matrix *M, int32_t i, const int8_t *signs)
         return 0;
     for (int32_t k = 0; k < l.count; k++) {
         const int32_t j = l.indices ? l.indices[k] : k;
+        const double entry = perp__entry(M, i, j), mirrored = perp__entry(M, j, i);
 
-        if (j != i)
-            alike += signs[j] * sign_of(perp__entry(M, i, j), perp__entry(M, j, i));
+        if (j != i && entry != 0.0 && mirrored != 0.0) /* the sign of M_ij M_ji */
+            alike += (entry > 0.0) == (mirrored > 0.0) ? signs[j] : -signs[j];
     }
     return alike > 0;
 }

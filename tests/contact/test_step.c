@@ -2,6 +2,7 @@
  * another order; against closed forms. What is refused: test_step_refusals.c. */
 #include "suite.h"
 
+#include "contact/solver.h"
 #include "step_block.h"
 
 static void test_slides(void **state)
@@ -29,6 +30,7 @@ static void test_slides(void **state)
     near(b->step.fastest, b->v[0], 0.0);
     assert_int_equal(b->step.rests, 0);
     assert_memory_equal(b->start, b->r, sizeof b->r);
+    assert_int_equal(b->solver->steps, 0); /* the handle solves other problems as if it made none */
 }
 
 static void test_rest_is_known(void **state)

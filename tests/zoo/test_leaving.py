@@ -112,3 +112,28 @@ def test_polyhedra_hold_no_more_than_they_have(level: str) -> None:
         normal, *tangents = contact.impulse
         # sums of impulses to the default tol
         assert np.abs(tangents).sum() <= friction * normal * (1 + 1e-10) + 1e-10
+
+
+@pytest.mark.parametrize("level", LEVELS[:3])
+def test_walls_rest_under_rolling_balls_at_any_number_of_threads(level: str) -> None:
+    """What was decided of a wall is adjusted to the ball's place, with a factor that another thread
+    may have: the bits of the balls are the same, and no brick moves."""
+    ends = []
+    for threads in (1, 2):
+        world = perp.World(friction=0.6, accuracy=level, threads=threads)
+        world.ground.add_plane((0, 0, 1))
+        bricks, balls = [], []
+        for wall, row, column in np.ndindex(4, 5, 5):
+            at = (0.4 * column + 0.2 * (row % 2), 2.0 * wall, 0.1 + 0.2 * row)
+            bricks.append(world.add_body(1.0, position=at))
+            bricks[-1].add_box((0.2, 0.15, 0.1))
+        world.run(0.05, 0.01)
+        for wall in range(4):
+            balls.append(world.add_body(0.5, position=(0.5, 2.0 * wall, 1.08),
+                                        velocity=(0.5 + 0.2 * wall, 0, 0)))
+            balls[-1].add_sphere(0.08)
+        for _ in range(30):
+            world.step(0.01)
+            assert not any(np.any(brick.velocity) for brick in bricks)
+        ends.append([ball.position for ball in balls])
+    assert np.array_equal(*ends)

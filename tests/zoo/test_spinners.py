@@ -55,12 +55,12 @@ def deepest(seed: int, level: str) -> float:
 
 
 # Of the size: four times the most that `fast` lets a motion go deep, as a new look is one of few, and
-# what turns by a radian goes on to turn; one of forty goes deeper, by up to a tenth. It was .21 where
-# half-spaces had their first points alone.
+# what turns by a radian goes on to turn; at the levels of two and three looks one of sixty may go deeper,
+# by up to a tenth. It was .21 where half-spaces had their first points alone.
 @pytest.mark.parametrize("level", LEVELS)
 def test_what_spins_does_not_sink_into_a_half_space(level: str) -> None:
-    depths = np.array([deepest(seed, level) for seed in range(0, 60, 7)])
-    assert (depths <= 0.1).all() and (depths > 0.04).sum() <= 1, depths
+    depths = np.array([deepest(seed, level) for seed in range(60)])
+    assert depths.max() <= 0.1 and (depths > 0.04).sum() <= (level in LEVELS[:2]), depths
 
 
 def path(seed: int, level: str, spins: bool) -> np.ndarray:

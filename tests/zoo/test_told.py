@@ -25,9 +25,9 @@ from scene import GRAVITY, about, matrix, unit
 LEVELS = ("fast", "standard", "accurate", "exact")
 # Where contacts alone act: what is known to `tol`, 1e-10, of bodies with the least impulses.
 CONTACTS = 1e-8
-# Energy that is taken back beside joints is told by nothing: up to .063 in one step of the runs of six
-# seeds, and below .01 in all but one of two hundred.
-JOINTS = 0.07
+# Energy that is taken back beside joints is told by nothing: of 10,640 steps beside joints six miss more
+# than JOINTS, none more than WORST. The car gives nothing back.
+JOINTS, WORST = 0.01, 0.07
 
 
 def dominoes(world: perp.World, random: np.random.Generator) -> list[perp.Body]:
@@ -234,10 +234,12 @@ def run(build, seed: int, level: str, time: float):  # type: ignore[no-untyped-d
 def test_momentum_is_what_is_told(build, level: str) -> None:  # type: ignore[no-untyped-def]
     """Of dominoes up to 2e-3 was missing, as the work of ways out of overlap was taken from their
     velocities; beside joints up to .05, as contacts told impulses along the axes of the start."""
-    free = build in (dominoes, stack)
-    for seed in range(6 if free else 2):
-        for step, result, linear, _, _ in run(build, seed, level, 0.8):
-            assert linear.max() <= (CONTACTS if free else JOINTS), (seed, step, result)
+    for seed in range(6 if build in (dominoes, stack) else 2):
+        lacks = sorted(linear.max() for _, _, linear, _, _ in run(build, seed, level, 0.8))
+        if build in (dominoes, stack, car):
+            assert lacks[-1] <= CONTACTS, (seed, lacks[-1])
+        else:
+            assert lacks[-2] <= JOINTS and lacks[-1] <= WORST, (seed, lacks[-2:])
 
 
 def table(seeds: int) -> None:

@@ -270,17 +270,6 @@ static void keep_momentum(job *at)
     run_over_bodies(at, go_on);
 }
 
-/* Whether the budget ends the passes with this round, whatever they have come to. */
-static int32_t is_spent(const perp__coloured_part *part, int32_t passes)
-{
-    const perp__rigid_problem *problem = part->problem;
-    const perp__passes *step = part->step;
-
-    return !step->measures || passes >= step->rounds * step->passes ||
-           (problem->max_iterations > 0 && passes >= problem->max_iterations) ||
-           (problem->deadline > 0.0 && perp__now() >= problem->deadline);
-}
-
 /* Ends the parts that are at their last pass, or all; returns how many go on. What ended stays in
  * `moved`. Others end with a residual that is good, and of which nothing sinks: what a step leaves
  * is beside what drives, and where that is a load far above the weights, more than is taken back of
@@ -289,8 +278,14 @@ static int32_t end_parts(perp__coloured *c, int32_t passes, int32_t all)
 {
     int32_t left = 0;
 
-    for (int32_t k = 0; k < c->parts; k++)
-        c->part[k].ends = all || is_spent(&c->part[k], passes);
+    for (int32_t k = 0; k < c->parts; k++) { /* the budget ends them, whatever they have come to */
+        const perp__rigid_problem *problem = c->part[k].problem;
+        const perp__passes *step = c->part[k].step;
+
+        c->part[k].ends = all || !step->measures || passes >= step->rounds * step->passes ||
+                          (problem->max_iterations > 0 && passes >= problem->max_iterations) ||
+                          (problem->deadline > 0.0 && perp__now() >= problem->deadline);
+    }
     if (c->part->step->measures)
         perp__coloured_measure(c);
     for (int32_t k = 0; k < c->parts; k++) {

@@ -6,18 +6,6 @@
 #include "base/outcome.h"
 #include "contact/coloured/coloured.h"
 
-/* A row between two bounds, whose normal moves nothing: its distance from the impulse that its
- * velocity asks for. */
-static void measure_bounded(const perp__lane_point *p, int32_t l, perp__lane_measure *found)
-{
-    const double t = found->trace[l], most = p->mu[l] * p->r[0][l], r = p->r[1][l];
-    const double aim = fmin(fmax(r - found->u[1][l] / t, -most), most);
-
-    found->mode[l] = fabs(aim) < most ? PERP_CONTACT_STICK : PERP_CONTACT_SLIP;
-    found->natural[l] = t > 0.0 ? sqrt(t) * fabs(r - aim) : 0.0;
-    found->u[0][l] = 0.0;
-}
-
 /* The joints' equations: their velocities, which are rounding, and what they bear. */
 static void measure_joints(const perp__coloured *c, perp__coloured_part *part, double share)
 {
@@ -71,8 +59,15 @@ static int32_t measure_group(const perp__coloured *c, int32_t g, double share)
 
             if (k < 0 || part->ended || is_over(part))
                 continue;
-            if (p->inverse_normal[l] == 0.0 && part->problem->rows[k].bounded)
-                measure_bounded(p, l, &found);
+            if (p->inverse_normal[l] == 0.0 && part->problem->rows[k].bounded) {
+                /* between bounds, whose normal moves nothing: how far r is from what u asks for */
+                const double t = found.trace[l], most = p->mu[l] * p->r[0][l], r = p->r[1][l];
+                const double aim = fmin(fmax(r - found.u[1][l] / t, -most), most);
+
+                found.mode[l] = fabs(aim) < most ? PERP_CONTACT_STICK : PERP_CONTACT_SLIP;
+                found.natural[l] = t > 0.0 ? sqrt(t) * fabs(r - aim) : 0.0;
+                found.u[0][l] = 0.0;
+            }
             if (guard > 0.0 && fmax(-p->gap[l], 0.0) + way > part->step->deep * guard)
                 perp__raise_to(&part->sinks, way / guard);
             for (int32_t row = 0; row < 3; row++)

@@ -176,17 +176,6 @@ void perp__find_memories(perp_world *world)
     }
 }
 
-/* Whether the pair's memories are not those of the step before, or no one asks: a body moves. */
-static int32_t is_news(const perp_world *world, const perp__pair *pair)
-{
-    const perp__role *a = &world->roles[pair->body[0]], *b = &world->roles[pair->body[1]];
-
-    return a->repeats < a->dynamic || b->repeats < b->dynamic || pair->memories != pair->had ||
-           (pair->had > 0 &&
-            memcmp(&world->memories[pair->had_first], &world->next_memories[pair->first_memory],
-                   (size_t)pair->had * sizeof *world->memories) != 0);
-}
-
 void perp__write_memory(const perp__contact_set *set, int32_t i, perp__memory *memory)
 {
     const perp__world_contact *contact = &set->contacts[i];
@@ -210,6 +199,7 @@ void perp__remember(perp_world *world)
     /* 1. the memories of each pair, in their order */
     for (int32_t i = 0; i < world->pair_count; i++) {
         perp__pair *pair = perp__ordered_pair(world, i);
+        const perp__role *a = &world->roles[pair->body[0]], *b = &world->roles[pair->body[1]];
 
         pair->had_first = pair->first_memory;
         pair->had = pair->memories;
@@ -221,7 +211,12 @@ void perp__remember(perp_world *world)
         for (int32_t k = pair->late; k >= 0; k = set->responses[k].later)
             perp__write_memory(set, k, &memories[count++]);
         pair->memories = count - pair->first_memory;
-        pair->changed = pair->first_sleeping >= 0 || is_news(world, pair);
+        /* whether the memories are others than before, or no one asks: a body moves */
+        pair->changed = pair->first_sleeping >= 0 || pair->memories != pair->had ||
+                        a->repeats < a->dynamic || b->repeats < b->dynamic ||
+                        (pair->had > 0 &&
+                         memcmp(&world->memories[pair->had_first], &memories[pair->first_memory],
+                                (size_t)pair->had * sizeof *memories) != 0);
         if (pair->first_sleeping >= 0)
             perp__drop_sleeping(world, &pair->first_sleeping);
         early += pair->made;

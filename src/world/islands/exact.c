@@ -194,7 +194,7 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
     if (status != PERP_OK)
         return status;
     if (!bounces && perp__is_good(answer.outcome))
-        status = perp__stand_partly(world, island, 0);
+        status = perp__stand_partly(world, island, 0, &answer.tested);
     memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
     perp__spend(world, answer.iterations);
     /* Theory promises a solution (docs/world.md) without restitution and for one that is the same

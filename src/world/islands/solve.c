@@ -180,7 +180,7 @@ void perp__conclude_one(perp_world *world, int32_t number, double h, perp__verdi
         world->contacts.flags[at].fresh = 0;
         if (island->joints == 0 && world->contacts.responses[at].impulse[0] > 0.0)
             verdict->rough |= turns_far(world, at, h);
-        if (!verdict->stands)
+        if (!verdict->stands && world->contacts.responses[at].mode != PERP_CONTACT_STICK)
             memset(world->contacts.responses[at].base, 0, 3 * sizeof(double));
         if (!verdict->stands || !world->contacts.flags[at].repeats) /* else it was looked at */
             verdict->endless += !perp__is_finite_contact(&world->contacts, at);

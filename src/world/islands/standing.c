@@ -38,8 +38,7 @@ static void link_unit(perp_world *world, const perp__island *island, int32_t i, 
         if (body < 0 || body >= island->bodies)
             continue;
         arm = 1.0 / perp__body_length(world, work->members[body]);
-        work->stand_links[*links].node = body;
-        work->stand_links[(*links)++].at = *at;
+        work->stand_links[(*links)++] = (perp__statics_link){body, 0, *at};
         for (int32_t k = 0; k < unit->rows; k++)
             for (int32_t j = 0; j < n; j++)
                 to[n * k + j] = rows->rows[side][from + k][j] * (j < linear ? 1.0 : arm);
@@ -275,23 +274,34 @@ static perp_status set_up(const perp_world *world, perp__statics *statics)
                                 fmin(MOST_PRODUCTS, perp__statics_products(seconds)));
 }
 
-/* The rows of the contacts, and their factor in the metric of what was decided: those without an
- * impulse, open ones among them, stay so. */
-static perp_status keep(perp_world *world, const perp__island *island, perp__statics *statics)
+/* Adjusts decided impulses to work.stand_forces, by the rows of the contacts, those at hand if they
+ * are `posed`, and their factor in the metric of the decision: what had no impulse has none. */
+static perp_status adjust(perp_world *world, const perp__island *island, const uint64_t *key,
+                          int32_t posed, perp__statics_answer *answer, int32_t *adjusted)
 {
     perp__island_work *work = &world->work;
-    perp_status status;
+    int32_t is_known;
+    perp__statics *statics = find_statics(world, key, &is_known);
+    perp_status status = statics ? PERP_OK : PERP_ERROR_MEMORY;
 
-    perp__gather_bodies(world, island);
-    perp__choose_rows(world, island, NULL);
-    perp__gather_standing(world, island, NULL, 0);
-    for (int32_t i = 0; i < work->count; i++)
-        memcpy(work->stand_base + work->stand_units[i].row,
-               perp__step_response(world, island, i)->base,
-               (size_t)work->stand_units[i].rows * sizeof(double));
-    status = set_up(world, statics);
-    if (status == PERP_OK)
-        perp__statics_keep(statics, work->stand_base);
+    *adjusted = 0;
+    if (statics && !is_known) {
+        if (!posed) {
+            perp__gather_bodies(world, island);
+            perp__choose_rows(world, island, NULL);
+            perp__gather_standing(world, island, NULL, 0);
+        }
+        for (int32_t i = 0; i < work->count; i++)
+            memcpy(work->stand_base + work->stand_units[i].row,
+                   perp__step_response(world, island, work->chosen[i])->base,
+                   (size_t)work->stand_units[i].rows * sizeof(double));
+        status = set_up(world, statics);
+        if (status == PERP_OK)
+            perp__statics_keep(statics, work->stand_base);
+    }
+    *adjusted = status == PERP_OK && perp__statics_adjust(statics, answer, work->stand_forces);
+    if (*adjusted)
+        memcpy(world->standing->key[world->standing->last], key, sizeof world->standing->key[0]);
     return status;
 }
 
@@ -301,15 +311,11 @@ perp_status perp__stand_as_decided(perp_world *world, const perp__island *island
     perp__island_work *work = &world->work;
     perp__statics_answer answer = {.r = work->stand_r};
     uint64_t key[PERP__STANDING_WORDS];
-    perp__statics *statics;
-    int32_t is_known, row = 0;
-    perp_status status = PERP_OK;
+    int32_t adjusted, row = 0;
+    perp_status status;
 
     if (!find_key(world, island, swept, key))
         return PERP_OK;
-    statics = find_statics(world, key, &is_known);
-    if (!statics)
-        return PERP_ERROR_MEMORY;
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
         const perp__motion *motion = &world->motions[body];
@@ -319,11 +325,9 @@ perp_status perp__stand_as_decided(perp_world *world, const perp__island *island
                          force);
         perp__coordinates_of(world, force, work->stand_forces + world->dof * i);
     }
-    if (!is_known)
-        status = keep(world, island, statics);
-    if (status != PERP_OK || !perp__statics_adjust(statics, &answer, work->stand_forces))
+    status = adjust(world, island, key, 0, &answer, &adjusted);
+    if (!adjusted)
         return status;
-    memcpy(world->standing->key[world->standing->last], key, sizeof key);
     *unbalance = answer.unbalance;
     for (int32_t i = 0; i < island->contacts; i++) {
         const int32_t rubs = perp__step_flags(world, island, i)->rubs;
@@ -337,8 +341,8 @@ perp_status perp__stand_as_decided(perp_world *world, const perp__island *island
     return PERP_OK;
 }
 
-/* Impulses and velocities of an island that stands. */
-static void take_answer(perp_world *world, const perp__island *island)
+/* Impulses and velocities of what stands: as it was decided, or as that was adjusted. */
+static void take_answer(perp_world *world, const perp__island *island, int32_t decided)
 {
     perp__island_work *work = &world->work;
 
@@ -362,7 +366,8 @@ static void take_answer(perp_world *world, const perp__island *island)
         if (i >= work->count)
             continue;
         work->modes[i] = r[0] > 0.0 ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
-        perp__copy3(perp__step_response(world, island, work->chosen[i])->base, r);
+        if (decided)
+            perp__copy3(perp__step_response(world, island, work->chosen[i])->base, r);
     }
     memcpy(work->v, work->still, (size_t)(world->dof * island->bodies) * sizeof(double));
 }
@@ -421,7 +426,7 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
         verdict->asked = *size;
         return status;
     }
-    take_answer(world, island);
+    take_answer(world, island, 1);
     verdict->outcome = perp__worse_outcome(verdict->outcome, PERP_OUTCOME_SOLVED);
     perp__raise_to(&verdict->residual, answer.unbalance);
     verdict->stands = 1;
@@ -476,13 +481,41 @@ static int32_t part(perp_world *world, const perp__island *island, int32_t slowl
     return may;
 }
 
-perp_status perp__stand_partly(perp_world *world, const perp__island *island, int32_t swept)
+/* A key of the rows at hand, and of what was decided of their contacts. Returns 0 where nothing
+ * was, or joints take part. */
+static int32_t find_posed_key(const perp_world *world, const perp__island *island, uint64_t *key)
+{
+    const perp__island_work *work = &world->work;
+    const perp__statics_rows *rows = &work->stand_rows;
+    size_t numbers = 0;
+    int32_t any = 0;
+
+    for (int32_t i = 0; i < PERP__STANDING_WORDS; i++)
+        key[i] = 1 + (uint64_t)i;
+    for (int32_t i = 0; i < work->count; i++) {
+        const double *base = perp__step_response(world, island, work->chosen[i])->base;
+        const perp__statics_unit *unit = &work->stand_units[i];
+
+        any |= unit->rows > 0 && base[0] > 0.0;
+        numbers += (size_t)(unit->rows * unit->links * world->dof);
+        mix(key, base, (size_t)unit->rows * sizeof *base);
+    }
+    mix(key, rows->unit, (size_t)rows->units * sizeof *rows->unit);
+    mix(key, rows->link, (size_t)rows->links * sizeof *rows->link);
+    mix(key, rows->values, numbers * sizeof *rows->values);
+    return any && work->units == work->count;
+}
+
+perp_status perp__stand_partly(perp_world *world, const perp__island *island, int32_t swept,
+                               double *residual)
 {
     static const perp__carrying partly = {PERP__CARRIED_PARTLY, -1, 0};
     perp__island_work *work = &world->work;
     const int32_t n = world->dof;
     perp__statics_answer answer = {.r = work->stand_r, .verdict = PERP_STATICS_FALLS};
+    uint64_t key[PERP__STANDING_WORDS];
     perp__statics *statics;
+    int32_t adjusted = 0;
     perp_status status = PERP_OK;
 
     for (int32_t slowly = 0; slowly < 2 && answer.verdict != PERP_STATICS_STANDS; slowly++) {
@@ -503,11 +536,17 @@ perp_status perp__stand_partly(perp_world *world, const perp__island *island, in
                              ? 1.0
                              : 1.0 / perp__body_length(world, work->members[body]));
         }
-        status = decide(world, &answer, &statics);
+        if (find_posed_key(world, island, key))
+            status = adjust(world, island, key, 1, &answer, &adjusted);
+        if (adjusted)
+            answer.verdict = PERP_STATICS_STANDS;
+        else
+            PERP__THEN(status, decide(world, &answer, &statics));
     }
     if (status != PERP_OK || answer.verdict != PERP_STATICS_STANDS)
         return status;
-    take_answer(world, island);
+    take_answer(world, island, !adjusted);
+    perp__raise_to(residual, answer.unbalance);
     for (int32_t i = 0; i < n * island->bodies; i++) /* where it is: to lift it would be work */
         if (perp__is_zero(work->now + i / n * n, n) && perp__is_zero(work->v + i / n * n, n))
             work->moving[i] = 0.0;

@@ -163,15 +163,6 @@ int32_t perp__is_deep(const perp__world_contact *contact)
     return contact->gap < -perp__deep_overlap(contact);
 }
 
-static int32_t has_deep(const perp_world *world, const perp__island *island)
-{
-    for (int32_t i = 0; i < island->contacts; i++)
-        if (!perp__step_flags(world, island, i)->moved &&
-            perp__is_deep(perp__step_contact(world, island, i)))
-            return 1;
-    return 0;
-}
-
 void perp__pose_sweep(perp_world *world, const perp__island *island, double h,
                       perp__sweeping *sweeping)
 {
@@ -247,6 +238,7 @@ perp_status perp__begin_sweep(perp_world *world, const perp__island *island, dou
 {
     perp__island_work *work = &world->work;
     perp__carrying carrying;
+    int32_t may;
     perp_status status = PERP_OK;
 
     perp__gather_bodies(world, island);
@@ -254,7 +246,11 @@ perp_status perp__begin_sweep(perp_world *world, const perp__island *island, dou
     perp__receive(world, &sweeping->answer);
     sweeping->carried = perp__begins_standing(world, island, 0, &carrying) ||
                         perp__begins_standing(world, island, 1, &carrying);
-    if (!sweeping->carried || has_deep(world, island))
+    may = sweeping->carried;
+    for (int32_t i = 0; i < island->contacts && may; i++)
+        may = perp__step_flags(world, island, i)->moved ||
+              !perp__is_deep(perp__step_contact(world, island, i));
+    if (!may)
         return PERP_OK;
     for (int32_t i = 0; i < island->bodies; i++)
         perp__carried_twist(world, &carrying, work->members[i], h,
@@ -287,7 +283,7 @@ perp_status perp__end_sweep(perp_world *world, const perp__island *island, doubl
         if (verdict->impacts == 0)
             perp__close_gaps(world, island, h);
         if (status == PERP_OK && verdict->impacts == 0)
-            status = perp__stand_partly(world, island, 1);
+            status = perp__stand_partly(world, island, 1, &verdict->residual);
     }
     if (status == PERP_OK)
         finish(world, island, verdict);
