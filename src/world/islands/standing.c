@@ -491,7 +491,7 @@ static int32_t find_posed_key(const perp_world *world, const perp__island *islan
     int32_t any = 0;
 
     for (int32_t i = 0; i < PERP__STANDING_WORDS; i++)
-        key[i] = 1 + (uint64_t)i;
+        key[i] = (uint64_t)rows->nodes << 32 | (uint64_t)i; /* some have no row */
     for (int32_t i = 0; i < work->count; i++) {
         const double *base = perp__step_response(world, island, work->chosen[i])->base;
         const perp__statics_unit *unit = &work->stand_units[i];
