@@ -464,7 +464,7 @@ static void heap_chains(int32_t accuracy)
                     result.outcome == PERP_OUTCOME_ROUNDING_LIMIT ||
                     result.outcome == PERP_OUTCOME_ITERATION_LIMIT);
         now = joint_energy(&s);
-        assert_true(now - energy <= 1e-4 * begun); /* joints that swing, docs/world.md */
+        assert_true(now - energy <= 1e-4 * begun); /* joints that swing, docs/joints.md */
         energy = now;
         contacts = result.contacts > contacts ? result.contacts : contacts;
         for (k = 0; k < CHAINS; k++)

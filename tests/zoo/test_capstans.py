@@ -50,7 +50,7 @@ def capstan(seed: int, level: str) -> tuple[perp.World, list[perp.Body]]:
 
 @pytest.mark.parametrize("level", LEVELS)
 def test_chains_go_round_their_bar(level: str) -> None:
-    """Lengths to 1e-6, as docs/world.md has it of joints. What closing takes into the bar for a
+    """Lengths to 1e-6, as docs/joints.md has it of joints. What closing takes into the bar for a
     while is less than a bead's radius, from where it does not come through."""
     for seed in range(8):
         world, chain = capstan(seed, level)

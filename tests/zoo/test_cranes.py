@@ -16,7 +16,7 @@ UPRIGHT = about("y", np.pi / 2)
 
 @pytest.mark.parametrize("level", LEVELS)
 def test_taut_chains_stay_closed(level: str) -> None:
-    """To 1e-6 of a link after every step, as docs/world.md has it of all joints."""
+    """To 1e-6 of a link after every step, as docs/joints.md has it of all joints."""
     for seed in range(8):
         g = np.random.default_rng(seed)
         world = perp.World(accuracy=level)  # type: ignore[arg-type]
