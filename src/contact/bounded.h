@@ -45,8 +45,8 @@ typedef struct perp__contact_bounded {
     int32_t *contact_of;          /* count: own contact, -1: bilateral */
     int32_t *row;                 /* size: own row */
     double *sign, *shift;         /* size */
-    double *bound;      /* own contacts: x_n of those with two bounds, by near_...; else 0 */
-    double *compliance; /* own size: the solver's */
+    double *bound;             /* own contacts: x_n of those with two bounds, by near_...; else 0 */
+    double *compliance;        /* own size: the solver's */
     double *f, *w, *r0, *work; /* of a call; f: or q */
     double *load;              /* own size: |q| at the impulses nearest to 0 */
     double *away;              /* own size: x + away is counted from those */
@@ -56,8 +56,8 @@ typedef struct perp__contact_bounded {
 void perp__contact_bounded_count(perp__contact_bounded *set, const perp_contact_laws *laws,
                                  int32_t rows);
 
-/* Appends contacts to those that the solver keeps, and makes its views of H and G, or of W, those of
- * own's copies. PERP_OK or _MEMORY. */
+/* Appends contacts to those that the solver keeps, and makes its views of H and G, or of W, those
+ * of own's copies. PERP_OK or _MEMORY. */
 perp_status perp__contact_bounded_read(perp_contact_solver *solver, const perp_contact_laws *laws);
 
 /* Whether there are bounds that a shift to could drown impulses in. */

@@ -10,7 +10,6 @@
 #include "base/outcome.h"
 #include "contact/bodies/bodies.h"
 #include "contact/bounded.h"
-#include "contact/dynamics/delassus.h"
 #include "contact/dynamics/dynamics.h"
 #include "contact/hold/hold.h"
 #include "contact/method.h"

@@ -1,9 +1,12 @@
-#include "contact/sweep/mixing.h"
+/* Anderson mixing (J. ACM 12 (1965) 547) of sweeps: with f = sweep(r) - r of the last few sweeps,
+ * the next start is the affine combination of their results for which the combined f is least.
+ * Within one active set, where sweeps are linear, that is GMRES (Walker & Ni, SIAM J. Numer. Anal.
+ * 49 (2011) 1715). Sweeps over other active sets mislead it: it forgets all once |f| grows. */
+#include "contact/sweep/sweep.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "contact/tuning.h"
 #include "linalg/lanes/loops.h"
 #include "linalg/lanes/multiversion.h"
 
