@@ -16,12 +16,9 @@ static void grant_rounding(perp_contact_solver *solver)
     int32_t raised = 0;
 
     for (int32_t k = 0; k < solver->constraints; k++) {
-        const int32_t is_contact = k < solver->contacts;
-        const int32_t begin = is_contact ? solver->starts[k] : solver->rows + k - solver->contacts;
-        const int32_t end = is_contact ? solver->starts[k + 1] : begin + 1;
         double *drive = &solver->drive[solver->part[k]], most = 0.0;
 
-        for (int32_t i = begin; i < end; i++) {
+        for (int32_t i = solver->starts[k]; i < solver->starts[k + 1]; i++) {
             const double size = fabs(solver->q[i]), least = share * solver->load[i];
             const int32_t is_granted = least > size && least < INFINITY;
 

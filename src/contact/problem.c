@@ -94,7 +94,7 @@ void perp__contact_lay_out(perp__arena *arena, void *object)
     const size_t contacts = (size_t)s->contacts, size = (size_t)s->size;
     const size_t constraints = (size_t)s->constraints, n = (size_t)s->n;
 
-    s->starts = perp__arena_take(arena, contacts + 1, sizeof(int32_t));
+    s->starts = perp__arena_take(arena, constraints + 1, sizeof(int32_t));
     PERP__INTEGERS(arena, contacts, &s->dims, &s->two_sided);
     PERP__DOUBLES(arena, contacts, &s->mu, &s->rolling, &s->spinning, &s->bound);
     PERP__DOUBLES(arena, size, &s->compliance, &s->diagonal);
@@ -185,10 +185,11 @@ static perp_status read_traces(perp_contact_solver *solver)
             if (!(solver->diagonal[row] > 0.0) || !isfinite(solver->trace[k]))
                 return moves_nothing(solver, k, row);
     }
-    for (i = solver->rows; i < solver->size; i++) {
-        solver->trace[solver->contacts + i - solver->rows] = solver->diagonal[i];
+    for (int32_t k = solver->contacts; k < solver->constraints; k++) {
+        i = solver->starts[k];
+        solver->trace[k] = solver->diagonal[i];
         if (!(solver->diagonal[i] > 0.0) || !isfinite(solver->diagonal[i]))
-            return moves_nothing(solver, solver->contacts + i - solver->rows, i);
+            return moves_nothing(solver, k, i);
     }
     return PERP_OK;
 }
@@ -232,8 +233,11 @@ static void present(perp_contact_solver *solver)
 
 perp_status perp__contact_finish_setup(perp_contact_solver *solver)
 {
-    perp_status status = read_traces(solver);
+    perp_status status;
 
+    for (int32_t k = solver->contacts; k < solver->constraints; k++)
+        solver->starts[k + 1] = solver->starts[k] + 1;
+    status = read_traces(solver);
     if (status == PERP_OK) {
         perp__contact_find_parts(solver);
         present(solver);

@@ -73,7 +73,7 @@ void perp__contact_measure(perp_contact_solver *solver, perp__contact_residuals 
     absolute(solver, r, load, solver->scale);
     for (int32_t k = 0; k < solver->constraints; k++)
         solver->terms[k] = perp__contact_length(solver->scale, perp__contact_first_row(problem, k),
-                                                perp__contact_end_row(problem, k));
+                                                problem->starts[k + 1]);
     /* 2. What each constraint lacks of its law. */
     for (int32_t k = 0; k < solver->constraints; k++) {
         perp__evidence *part = &solver->evidence[solver->part[k]];
@@ -182,7 +182,7 @@ static void widen(perp_contact_solver *solver, double *wide)
                                0.0 - solver->u[row] > CLOSING * solver->terms[k];
 
         wide[k] = perp__contact_length(moves, perp__contact_first_row(&solver->problem, k),
-                                       perp__contact_end_row(&solver->problem, k)) +
+                                       solver->starts[k + 1]) +
                   share * fmin(solver->most_speed[solver->near[k]],
                                solver->root[k] * solver->most_energy[solver->near[k]]);
         /* then the contact's own terms are all that is known */

@@ -123,13 +123,14 @@ PERP__KERNEL static void push(const perp__packed_contact *c, const double *d, do
 PERP__MULTIVERSION(pass_packed, (perp__sweep_work * work, int32_t from, int32_t to, double *most),
                    (work, from, to, most))
 {
+    const int32_t *starts = work->common.problem->starts;
     double worst = *most;
 
     for (int32_t k = from; k < to; k++) {
         perp__packed_contact *c = &work->packed[k];
-        const int32_t dim = work->rows[k + 1] - work->rows[k];
+        const int32_t dim = starts[k + 1] - starts[k];
         double *first = work->y + (size_t)c->blocks[0] * WIDTH;
-        double *second = work->y + (size_t)c->blocks[1] * WIDTH, *r = work->r + work->rows[k];
+        double *second = work->y + (size_t)c->blocks[1] * WIDTH, *r = work->r + starts[k];
         double x[3] = {r[0], dim > 1 ? r[1] : 0.0, dim > 2 ? r[2] : 0.0}, u[3], d[3], change;
 
         find_velocity(c, first, second, x, u);
@@ -154,12 +155,14 @@ PERP__MULTIVERSION(pass_packed, (perp__sweep_work * work, int32_t from, int32_t 
 /* to := from with the tangents of packed contacts turned into their frames (1) or back (-1) */
 static void turn(const perp__sweep_work *work, int32_t which, const double *from, double *to)
 {
-    memcpy(to, from, (size_t)work->size * sizeof *to);
-    for (int32_t k = 0; work->packed && k < work->common.problem->contacts; k++) {
-        const double *turn = work->local[k].turn;
-        const int32_t first = work->rows[k];
+    const perp__contact_problem *problem = work->common.problem;
 
-        if (!work->packs[k] || work->rows[k + 1] - first < 3)
+    memcpy(to, from, (size_t)work->size * sizeof *to);
+    for (int32_t k = 0; work->packed && k < problem->contacts; k++) {
+        const double *turn = work->local[k].turn;
+        const int32_t first = problem->starts[k];
+
+        if (!work->packs[k] || problem->starts[k + 1] - first < 3)
             continue;
         to[first + 1] = turn[0] * from[first + 1] + which * (turn[1] * from[first + 2]);
         to[first + 2] = turn[0] * from[first + 2] - which * (turn[1] * from[first + 1]);
@@ -202,7 +205,7 @@ static double follow(const double *W, int32_t rows, int32_t from, int32_t count,
 static int32_t step_with_discs(perp__sweep_work *work, int32_t k, double *u, double *r)
 {
     const perp__contact_problem *problem = work->common.problem;
-    const int32_t rows = work->rows[k + 1] - work->rows[k];
+    const int32_t rows = problem->starts[k + 1] - problem->starts[k];
     perp__sweep_discs *discs = &work->discs[k];
     perp__contact_part parts[3];
     const int32_t count = perp__contact_parts(problem, k, parts);
@@ -216,7 +219,7 @@ static int32_t step_with_discs(perp__sweep_work *work, int32_t k, double *u, dou
         mode = perp__local_step(&work->local[k], u, r);
         change = follow(discs->W, rows, 0, problem->dims[k], old, r, u);
         for (int32_t p = 1; p < count; p++) {
-            const int32_t row = parts[p].row - work->rows[k], size = parts[p].size;
+            const int32_t row = parts[p].row - problem->starts[k], size = parts[p].size;
 
             memcpy(old, r + row, (size_t)size * sizeof *r);
             perp__local_step_disc(&discs->part[p], parts[p].coefficient * r[0], u + row, r + row);
@@ -235,9 +238,10 @@ static int32_t step_with_discs(perp__sweep_work *work, int32_t k, double *u, dou
  * is what there is: regula falsi (Illinois). Of several answers sticking comes first. */
 static int32_t step_both_ways(perp__sweep_work *work, int32_t k, double *u, double *r)
 {
-    const int32_t both = perp__contact_two_sided(work->common.problem, k);
-    const int32_t rows = work->rows[k + 1] - work->rows[k], tangents = rows - both;
-    const double mu = work->common.problem->mu[k];
+    const perp__contact_problem *problem = work->common.problem;
+    const int32_t both = perp__contact_two_sided(problem, k);
+    const int32_t rows = problem->starts[k + 1] - problem->starts[k], tangents = rows - both;
+    const double mu = problem->mu[k];
     perp__sweep_discs *discs = &work->discs[k];
     double n[3], N[3], t[2] = {0.0, 0.0}, radius = INFINITY, low = 0.0, high = 0.0;
     double at_low = 0.0, at_high = 0.0;
@@ -288,16 +292,18 @@ static int32_t step_both_ways(perp__sweep_work *work, int32_t k, double *u, doub
 /* u_k given, with the current r: the constraint's next r, and dr. Returns the mode. */
 static int32_t visit(perp__sweep_work *work, int32_t constraint, double *u, double *dr)
 {
-    const int32_t first = work->rows[constraint], rows = work->rows[constraint + 1] - first;
+    const perp__contact_problem *problem = work->common.problem;
+    const int32_t first = problem->starts[constraint];
+    const int32_t rows = problem->starts[constraint + 1] - first;
     double *r = work->r + first;
     int32_t mode;
 
     for (int32_t i = 0; i < rows; i++)
         dr[i] = r[i];
-    if (constraint >= work->common.problem->contacts) {
+    if (constraint >= problem->contacts) {
         r[0] -= u[0] * work->local[constraint].inverse_normal;
         mode = PERP_CONTACT_STICK;
-    } else if (perp__contact_two_sided(work->common.problem, constraint) > 0) {
+    } else if (perp__contact_two_sided(problem, constraint) > 0) {
         mode = step_both_ways(work, constraint, u, r);
     } else if (rows > work->local[constraint].dim) {
         mode = step_with_discs(work, constraint, u, r);
@@ -330,7 +336,7 @@ double perp__sweep_pass(perp__sweep_work *work)
     double most = 0.0; /* the square */
 
     for (int32_t k = 0, end; k < work->constraints; k = end) {
-        const int32_t first = work->rows[k], rows = work->rows[k + 1] - first;
+        const int32_t first = problem->starts[k], rows = problem->starts[k + 1] - first;
         const int64_t begin = b ? b->piece_starts[k] : 0, last = b ? b->piece_starts[k + 1] : 0;
         double u[PERP__ROWS_MOST], dr[PERP__ROWS_MOST], sum = 0.0;
         int32_t mode;

@@ -36,7 +36,6 @@ static void layout(perp__arena *arena, void *object)
     /* 1. Of every problem. */
     work->constraints = (int32_t)constraints;
     work->size = problem->size;
-    work->rows = perp__arena_take(arena, constraints + 1, sizeof *work->rows);
     work->local = perp__arena_take(arena, constraints, sizeof *work->local);
     work->discs = NULL;
     if (problem->has_discs || problem->two_sided)
@@ -74,10 +73,12 @@ static void layout(perp__arena *arena, void *object)
 /* W_kk of a constraint, row-major. */
 static void read_diagonal(const perp__sweep_work *work, int32_t constraint, double *W)
 {
-    const int32_t first = work->rows[constraint], rows = work->rows[constraint + 1] - first;
+    const perp__contact_problem *problem = work->common.problem;
+    const int32_t first = problem->starts[constraint];
+    const int32_t rows = problem->starts[constraint + 1] - first;
 
-    if (work->common.problem->bodies) {
-        perp__bodies_diagonal(work->common.problem->bodies, constraint, W);
+    if (problem->bodies) {
+        perp__bodies_diagonal(problem->bodies, constraint, W);
         return;
     }
     memset(W, 0, (size_t)(rows * rows) * sizeof *W);
@@ -121,9 +122,6 @@ static void read(perp__sweep_work *work)
     const perp__bodies *b = problem->bodies;
     const perp__matrix *W = problem->W;
 
-    memcpy(work->rows, problem->starts, ((size_t)problem->contacts + 1) * sizeof *work->rows);
-    for (int32_t k = problem->contacts; k < work->constraints; k++)
-        work->rows[k + 1] = work->rows[k] + 1;
     if (b)
         memset(work->y, 0, (size_t)(b->blocks + 1) * (size_t)work->stride * sizeof *work->y);
     else if (W->column_starts)
@@ -133,7 +131,8 @@ static void read(perp__sweep_work *work)
                                             W->values, NULL, NULL},
                             work->entries, (size_t)work->size);
     for (int32_t k = 0; k < work->constraints; k++) {
-        const int32_t contact = k < problem->contacts, rows = work->rows[k + 1] - work->rows[k];
+        const int32_t contact = k < problem->contacts,
+                      rows = problem->starts[k + 1] - problem->starts[k];
         const int32_t both = contact ? perp__contact_two_sided(problem, k) : 0;
         double block[PERP__ROWS_MOST * PERP__ROWS_MOST];
 
@@ -148,13 +147,14 @@ static void read(perp__sweep_work *work)
             memcpy(work->discs[k].W, block, (size_t)(rows * rows) * sizeof *block);
             for (int32_t p = 1; p < count; p++)
                 perp__local_make_disc(&work->discs[k].part[p], parts[p].size,
-                                      block + (parts[p].row - work->rows[k]) * (rows + 1), rows);
+                                      block + (parts[p].row - problem->starts[k]) * (rows + 1),
+                                      rows);
             if (both > 0)
                 eliminate_normals(&work->discs[k], rows, both);
         }
         /* 2. Weights; and the piece of memory of contacts that have one. */
         work->weights[k] = sqrt(problem->trace[k]) / problem->omega[k];
-        for (int32_t i = work->rows[k]; i < work->rows[k + 1]; i++)
+        for (int32_t i = problem->starts[k]; i < problem->starts[k + 1]; i++)
             work->row_weights[i] = work->weights[k];
         if (contact && b) {
             work->packs[k] = (int8_t)(work->packed && perp__sweep_packs(work, k));

@@ -88,7 +88,6 @@ static inline int32_t perp__packed_place(int32_t which, int32_t j)
 typedef struct perp__sweep_work {
     perp__contact_work common;
     int32_t constraints, size;
-    int32_t *rows;                /* constraints + 1 */
     perp__local *local;           /* constraints */
     perp__sweep_discs *discs;     /* contacts, if some roll, spin or hold both ways */
     double *weights;              /* constraints: sqrt(trace) / omega */
