@@ -1,7 +1,7 @@
 /* The parts that a problem falls into: contacts and bilateral rows that no significant coupling
  * connects. Each part is judged by itself, in its own units; and what a constraint may miss of the
- * largest terms around it (verdict.c) ends where couplings are below sqrt(tol), as that of an LCP's
- * row does (linalg/witness.c). */
+ * largest terms around it (evaluation.c) ends where couplings are below sqrt(tol), as that of an
+ * LCP's row does (linalg/witness.c). */
 #include <math.h>
 
 #include "base/groups.h"
