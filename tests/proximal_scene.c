@@ -30,6 +30,7 @@ void proximal_set_traces(proximal_scene *s)
         }
     for (int32_t i = s->rows; i < s->size; i++) {
         s->constraint_of[i] = s->contacts + i - s->rows;
+        s->starts[s->constraint_of[i] + 1] = i + 1;
         s->trace[s->constraint_of[i]] = proximal_entry(s, i, i);
     }
 }

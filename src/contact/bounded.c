@@ -3,9 +3,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "contact/contact.h"
-#include "contact/dynamics/delassus.h"
 #include "contact/law.h"
+#include "contact/solver.h"
 
 enum { NEITHER = 0, LOWER = 1, UPPER = 2, BOTH = 3 };
 
@@ -42,6 +41,12 @@ void perp__contact_bounded_count(perp__contact_bounded *set, const perp_contact_
     }
 }
 
+/* How far x of a row with two bounds goes. */
+static double reach_of(const perp__contact_bounded *set, int32_t i)
+{
+    return set->low[i] < set->high[i] ? set->bound[set->contact_of[i]] : 0.0;
+}
+
 static int32_t own_size(const perp__contact_bounded *set)
 {
     return set->own_rows + set->free + set->size - set->rows;
@@ -56,7 +61,7 @@ static int64_t entries_of(const perp__matrix *A)
 static void lay_out(perp__arena *arena, void *object)
 {
     perp__contact_bounded *set = object;
-    const size_t size = (size_t)set->size, own_contacts = (size_t)set->own_contacts;
+    const size_t size = (size_t)set->size;
     const size_t larger = (size_t)(own_size(set) > set->n ? own_size(set) : set->n);
 
     PERP__DOUBLES(arena, (size_t)set->count, &set->low, &set->high, &set->reach, &set->likely,
@@ -64,9 +69,8 @@ static void lay_out(perp__arena *arena, void *object)
     set->contact_of = perp__arena_take(arena, (size_t)set->count, sizeof(int32_t));
     set->row = perp__arena_take(arena, size, sizeof(int32_t));
     PERP__DOUBLES(arena, size, &set->sign, &set->shift, &set->work);
-    PERP__INTEGERS(arena, own_contacts, &set->dims, &set->two_sided);
-    PERP__DOUBLES(arena, own_contacts, &set->bound, &set->mu, &set->rolling, &set->spinning);
-    PERP__DOUBLES(arena, larger, &set->compliance, &set->f, &set->w, &set->r0);
+    set->bound = perp__arena_take(arena, (size_t)set->own_contacts, sizeof(double));
+    PERP__DOUBLES(arena, larger, &set->f, &set->w, &set->r0);
     PERP__DOUBLES(arena, (size_t)own_size(set), &set->load, &set->away);
     for (int32_t k = 0; k < 2; k++) {
         perp__contact_lines *lines = &set->lines[k];
@@ -92,12 +96,16 @@ static void set_bounds(perp__contact_bounded *set, int32_t i, double low, double
     set->bound[set->contact_of[i]] = kind != BOTH ? 0.0 : half > 0.0 ? half : 1.0;
 }
 
-/* Where each given row is among the own ones, and the contacts that rows with bounds become. */
-static void place_rows(perp__contact_bounded *set, const perp_contact_laws *laws)
+/* Where each given row is among the own ones, and the contacts that rows with bounds become, behind
+ * the given ones. */
+static void place_rows(perp__contact_bounded *set, perp_contact_solver *solver,
+                       const perp_contact_laws *laws)
 {
     const int32_t first = set->rows - set->count;
     int32_t contact = set->contacts, row = first, free = set->own_rows;
 
+    for (int32_t k = 0; k < contact; k++)
+        set->bound[k] = 0.0;
     for (int32_t i = 0; i < set->size; i++) {
         set->row[i] = i < first ? i : set->own_rows + set->free + i - set->rows;
         set->sign[i] = 1.0;
@@ -118,12 +126,13 @@ static void place_rows(perp__contact_bounded *set, const perp_contact_laws *laws
         set->contact_of[i] = contact;
         set->row[given] = row + (kind == BOTH);
         set->sign[given] = kind == UPPER ? -1.0 : 1.0;
-        set->dims[contact] = kind == BOTH ? 2 : 1;
-        set->two_sided[contact] = 0;
-        set->mu[contact] = kind == BOTH && set->low[i] < set->high[i] ? 1.0 : 0.0;
-        set->rolling[contact] = set->spinning[contact] = 0.0;
+        solver->dims[contact] = kind == BOTH ? 2 : 1;
+        solver->two_sided[contact] = 0;
+        solver->mu[contact] = kind == BOTH && set->low[i] < set->high[i] ? 1.0 : 0.0;
+        solver->rolling[contact] = solver->spinning[contact] = 0.0;
         set_bounds(set, i, set->low[i], set->high[i]);
-        row += set->dims[contact++];
+        row += solver->dims[contact++];
+        solver->starts[contact] = row;
     }
     set->given = set->free == 0;
     set->shifts = 0;
@@ -131,31 +140,10 @@ static void place_rows(perp__contact_bounded *set, const perp_contact_laws *laws
         set->shifts |= set->shift[i] != 0.0;
         set->given &= set->row[i] == i && set->sign[i] > 0.0;
     }
-}
-
-static void copy_laws(perp__contact_bounded *set, const perp_contact_laws *laws)
-{
-    for (int32_t k = 0; k < set->contacts; k++) {
-        set->dims[k] = perp__contact_dim(laws, k);
-        set->two_sided[k] = laws->two_sided ? laws->two_sided[k] : 0;
-        set->bound[k] = 0.0;
-        set->mu[k] = laws->mu ? laws->mu[k] : 0.0;
-        set->rolling[k] = laws->rolling ? laws->rolling[k] : 0.0;
-        set->spinning[k] = laws->spinning ? laws->spinning[k] : 0.0;
-    }
-    memset(set->compliance, 0, (size_t)own_size(set) * sizeof(double));
+    perp__copy(solver->bound, set->bound, set->own_contacts);
     for (int32_t i = 0; laws->compliance && i < set->size; i++)
-        set->compliance[set->row[i]] = laws->compliance[i];
-    set->laws = *laws;
-    set->laws.contacts = set->own_contacts;
-    set->laws.dims = set->dims;
-    set->laws.two_sided = set->two_sided;
-    set->laws.mu = set->mu;
-    set->laws.rolling = set->rolling;
-    set->laws.spinning = set->spinning;
-    set->laws.compliance = set->compliance;
-    set->laws.bilateral = set->free + set->size - set->rows;
-    set->laws.bounded = 0;
+        solver->compliance[set->row[i]] = laws->compliance[i];
+    set->compliance = solver->compliance;
 }
 
 /* Columns that are being written: own rows from `begin` up to `end`, the first of them number
@@ -255,20 +243,19 @@ static void yield(perp__contact_bounded *set)
     }
 }
 
-void perp__contact_bounded_yield(perp__contact_bounded *set, const double *W, double *compliance)
+void perp__contact_bounded_yield(perp__contact_bounded *set, const double *W)
 {
-    const size_t size = (size_t)own_size(set);
-
     for (int32_t i = 0; i < set->size; i++)
-        set->work[i] = W[(size_t)set->row[i] * (size + 1)];
+        set->work[i] = W[(size_t)set->row[i] * ((size_t)own_size(set) + 1)];
     yield(set);
-    memcpy(compliance, set->compliance, size * sizeof *compliance);
 }
 
-perp_status perp__contact_bounded_read(perp__contact_bounded *set, perp_context *context,
-                                       const perp_contact_laws *laws, perp__dynamics *dynamics,
-                                       perp__matrix *W)
+perp_status perp__contact_bounded_read(perp_contact_solver *solver, const perp_contact_laws *laws)
 {
+    perp__contact_bounded *set = &solver->bounded;
+    perp__matrix *W = &solver->W;
+    perp__dynamics *dynamics =
+        solver->entrance == PERP__ENTRANCE_DYNAMICS ? &solver->dynamics : NULL;
     perp_status status;
 
     memset(&set->G, 0, sizeof set->G);
@@ -280,11 +267,10 @@ perp_status perp__contact_bounded_read(perp__contact_bounded *set, perp_context 
     set->n = set->H.columns;
     set->lines[0].room = entries_of(&set->H) + set->boxes;
     set->lines[1].room = dynamics ? entries_of(&set->G) + set->lines[0].room : own_size(set);
-    status = perp__arena_fit(&set->arena, context, lay_out, set);
+    status = perp__arena_fit(&set->arena, solver->context, lay_out, set);
     if (status != PERP_OK)
         return status;
-    place_rows(set, laws);
-    copy_laws(set, laws);
+    place_rows(set, solver, laws);
     if (set->given) /* they are the methods' rows as they are */
         return PERP_OK;
     if (dynamics)
@@ -439,7 +425,7 @@ void perp__contact_bounded_impulses(const perp__contact_bounded *set, const doub
         r[i] = value == 0.0 ? set->shift[i] : set->shift[i] + set->sign[i] * value;
         if (k < 0 || k >= set->count || kind_of(set, k) != BOTH)
             continue;
-        if (fabs(value) >= set->mu[set->contact_of[k]] * set->bound[set->contact_of[k]])
+        if (fabs(value) >= reach_of(set, k))
             r[i] = value > 0.0 ? set->near_high[k] : set->near_low[k];
     }
 }
@@ -462,7 +448,7 @@ void perp__contact_bounded_modes(const perp__contact_bounded *set, const int8_t 
 
         *to = PERP_CONTACT_STICK;
         if (kind == BOTH) {
-            inside = fabs(x[row]) < set->mu[contact] * set->bound[contact];
+            inside = fabs(x[row]) < reach_of(set, i);
             if (mode != PERP_CONTACT_STICK && !(inside && u[row] == 0.0))
                 *to = (inside ? 0.0 - u[row] : x[row]) > 0.0 ? PERP_CONTACT_UPPER
                                                              : PERP_CONTACT_LOWER;

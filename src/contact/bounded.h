@@ -36,7 +36,6 @@ typedef struct perp__contact_bounded {
     int32_t free;                   /* own bilateral rows among the bounded */
     int32_t n;                      /* columns of H; of W: size */
     int32_t by_W, boxes, shifts, given; /* given: own rows are the given ones */
-    perp_contact_laws laws;             /* the methods' */
     perp__matrix H, G;                  /* given; W as H */
     const double *lower, *upper;
     perp__contact_lines lines[2]; /* own H and G; or W */
@@ -47,8 +46,7 @@ typedef struct perp__contact_bounded {
     int32_t *row;                 /* size: own row */
     double *sign, *shift;         /* size */
     double *bound;             /* own contacts: x_n of those with two bounds, by near_...; else 0 */
-    int32_t *dims, *two_sided; /* own contacts */
-    double *mu, *rolling, *spinning, *compliance;
+    double *compliance;        /* own size: the solver's */
     double *f, *w, *r0, *work; /* of a call; f: or q */
     double *load;              /* own size: |q| at the impulses nearest to 0 */
     double *away;              /* own size: x + away is counted from those */
@@ -58,11 +56,9 @@ typedef struct perp__contact_bounded {
 void perp__contact_bounded_count(perp__contact_bounded *set, const perp_contact_laws *laws,
                                  int32_t rows);
 
-/* Fills the methods' laws, and makes the views of H and G, or of W, those of own's copies. PERP_OK
- * or _MEMORY. */
-perp_status perp__contact_bounded_read(perp__contact_bounded *set, perp_context *context,
-                                       const perp_contact_laws *laws, perp__dynamics *dynamics,
-                                       perp__matrix *W);
+/* Appends contacts to those that the solver keeps, and makes its views of H and G, or of W, those
+ * of own's copies. PERP_OK or _MEMORY. */
+perp_status perp__contact_bounded_read(perp_contact_solver *solver, const perp_contact_laws *laws);
 
 /* Whether there are bounds that a shift to could drown impulses in. */
 int32_t perp__contact_bounded_is_far(const perp__contact_bounded *set);
@@ -77,7 +73,7 @@ int32_t perp__contact_bounded_widen(perp__contact_bounded *set, const double *x,
                                     int32_t is_ray);
 
 /* Chooses c anew, by W, dense, in the place of a callback that does not tell M. */
-void perp__contact_bounded_yield(perp__contact_bounded *set, const double *W, double *compliance);
+void perp__contact_bounded_yield(perp__contact_bounded *set, const double *W);
 
 /* Rows of contact k, without those that roll or spin. */
 static inline int32_t perp__contact_dim(const perp_contact_laws *laws, int32_t k)

@@ -31,7 +31,7 @@ typedef struct perp__contact_call {
 } perp__contact_call;
 
 /* Checks all settings and fills *copy, untouched on failure; NULL gives the defaults. And one name
- * for methods that have two: call.c. */
+ * for methods that have two: solver.c. */
 perp_status perp__contact_settings_read(perp_context *context, perp_contact_settings *copy,
                                         const perp_contact_settings *settings);
 int32_t perp__contact_method_named(int32_t method);
@@ -46,12 +46,6 @@ perp_status perp__contact_configure(perp_contact_solver *solver,
  * is. */
 perp_status perp__contact_setup(perp_contact_solver *solver, const perp_contact_laws *laws,
                                 const perp_contact_dynamics *dynamics, const perp_matrix *W);
-
-/* The same for a solver of our own inside of another, with whose settings it is made at need; W by
- * columns: solver.c. */
-perp_status perp__contact_set_up_inner(const perp_contact_solver *outer,
-                                       perp_contact_solver **inner, const perp_contact_laws *laws,
-                                       int32_t size, const double *W);
 
 /* Reads and checks laws, but for compliance, whose length is that of all rows; *rows: those of the
  * contacts: problem.c. */

@@ -349,7 +349,7 @@ void perp__contact_omegas(const perp__contact_problem *problem, const int32_t *p
         drive[k] = 0.0;
     for (int32_t k = 0; k < constraints; k++) {
         const int32_t begin = perp__contact_first_row(problem, k);
-        const int32_t end = perp__contact_end_row(problem, k);
+        const int32_t end = problem->starts[k + 1];
         const double trace = problem->trace[k];
         double sum = 0.0, share = perp__contact_length(problem->q, begin, end) / sqrt(trace);
 

@@ -38,18 +38,10 @@ static inline int32_t perp__contact_is_bound(const perp__contact_problem *proble
     return problem->bound && problem->bound[k] > 0.0;
 }
 
-/* The first row of constraint k, a contact or a bilateral row, that its law is about; and the end
- * of its rows. */
+/* The first row of constraint k, a contact or a bilateral row, that its law is about. */
 static inline int32_t perp__contact_first_row(const perp__contact_problem *problem, int32_t k)
 {
-    return k < problem->contacts ? problem->starts[k] + perp__contact_is_bound(problem, k)
-                                 : problem->rows + k - problem->contacts;
-}
-
-static inline int32_t perp__contact_end_row(const perp__contact_problem *problem, int32_t k)
-{
-    return k < problem->contacts ? problem->starts[k + 1]
-                                 : problem->rows + k - problem->contacts + 1;
+    return problem->starts[k] + (k < problem->contacts && perp__contact_is_bound(problem, k));
 }
 
 /* Vertex j of the regular polygon with `edges` vertices in the unit circle, 0 at the first tangent;

@@ -9,8 +9,9 @@
  * r_n, rolling r_n and spinning r_n, and each opposes its own part of u (maximal dissipation); the
  * normal ones obey 0 <= r_n perp u_n >= 0. With s = mu |u_t| + rolling |u_r| + spinning |u_s| this
  * is r in K, u + s e_n in K*, perpendicular (De Saxce & Feng 1998). Bilateral rows, u_i = 0 with
- * r_i of any sign, come last: rows .. size-1. A two-sided contact begins with two_sided[k] normals,
- * u_N = 0 and r_N of any sign, has dims[k] rows in all, and |r_N| in the place of r_n. */
+ * r_i of any sign, come last, as constraints of one row each: rows .. size-1. A two-sided contact
+ * begins with two_sided[k] normals, u_N = 0 and r_N of any sign, has dims[k] rows in all, and |r_N|
+ * in the place of r_n. */
 #ifndef PERP_CONTACT_METHOD_H
 #define PERP_CONTACT_METHOD_H
 
@@ -44,7 +45,7 @@ typedef struct perp__contact_problem {
     int32_t rows;                 /* of the contacts */
     int32_t size;                 /* rows and bilateral rows */
     int32_t has_discs;            /* some contact rolls or spins: its cone is no Lorentz cone */
-    const int32_t *starts;        /* contacts + 1 */
+    const int32_t *starts;        /* contacts and bilateral rows + 1 */
     const int32_t *constraint_of; /* size: the contact, or contacts + the bilateral row */
     const int32_t *dims;          /* contacts: 1, 2 or 3; of two-sided ones all rows */
     const int32_t *two_sided; /* contacts: normals that hold both ways, 0 of others; NULL: none */

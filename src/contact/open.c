@@ -52,6 +52,7 @@ static perp_status solve(perp_contact_solver *solver, const perp_contact_step *s
 {
     const perp__index_set set = {work->size, work->rows, work->position};
     const size_t size = (size_t)work->size;
+    const perp_matrix W = perp__view(PERP_STORAGE_COLUMN_MAJOR, work->size, work->size, work->W);
     perp_contact_result result;
     perp__contact_call call = {.r = work->r, .result = &result, .q = work->q};
     perp_contact_laws laws;
@@ -67,8 +68,12 @@ static perp_status solve(perp_contact_solver *solver, const perp_contact_step *s
     laws.contacts = s->gap_count;
     laws.dims = work->dims;
     laws.bilateral = s->bilateral;
-    PERP__THEN(status,
-               perp__contact_set_up_inner(solver, &work->solver, &laws, work->size, work->W));
+    if (!work->solver)
+        PERP__THEN(status, perp__contact_create(solver->context, &work->solver, NULL));
+    if (status != PERP_OK)
+        return status;
+    work->solver->settings = solver->settings;
+    status = perp__contact_setup(work->solver, &laws, NULL, &W);
     if (status != PERP_OK)
         return refuses(status) ? PERP_OK : status;
     work->solver->proves = 0;

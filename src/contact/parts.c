@@ -1,7 +1,7 @@
 /* The parts that a problem falls into: contacts and bilateral rows that no significant coupling
  * connects. Each part is judged by itself, in its own units; and what a constraint may miss of the
- * largest terms around it (verdict.c) ends where couplings are below sqrt(tol), as that of an LCP's
- * row does (linalg/witness.c). */
+ * largest terms around it (evaluation.c) ends where couplings are below sqrt(tol), as that of an
+ * LCP's row does (linalg/witness.c). */
 #include <math.h>
 
 #include "base/groups.h"
@@ -133,13 +133,11 @@ void perp__contact_find_parts(perp_contact_solver *solver)
         solver->has_bodies ? visit_bodies : visit_matrix;
     look l = begin(solver, solver->part, NOISE);
 
-    for (int32_t k = 0; k < solver->constraints; k++)
+    for (int32_t k = 0; k < solver->constraints; k++) {
         solver->root[k] = sqrt(solver->trace[k]);
-    for (int32_t k = 0; k < solver->contacts; k++)
         for (int32_t i = solver->starts[k]; i < solver->starts[k + 1]; i++)
             solver->constraint_of[i] = k;
-    for (int32_t i = solver->rows; i < solver->size; i++)
-        solver->constraint_of[i] = solver->contacts + i - solver->rows;
+    }
     visit_couplings(solver, &l);
     solver->leaks = l.leaks && l.parts > 1;
     solver->parts = perp__number_parts(solver->part, solver->constraints);

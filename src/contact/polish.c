@@ -242,6 +242,20 @@ static void velocities(perp_contact_solver *solver)
     perp__copy(solver->u, solver->high, solver->size);
 }
 
+/* Takes one more step of the polish from what limits and monitor grant. Returns 0 where there is
+ * none left. */
+static int32_t take_step(perp_contact_solver *solver)
+{
+    const int64_t limit = solver->settings.max_iterations;
+
+    if ((limit > 0 && solver->polished >= limit) ||
+        perp__contact_tick(solver, solver->polished, solver->best.residuals.tested))
+        return 0;
+    solver->polished++;
+    solver->iterations++;
+    return 1;
+}
+
 /* Newton's steps while they bring the equations down; u is that of the last r, as it is at first
  * unless r `moved`. Returns 0 where K was singular. */
 static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p, int32_t moved)
@@ -261,7 +275,7 @@ static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p, int3
         least = size;
         if (p->enough > 0.0 && solver->polished >= p->last)
             return 0;
-        if (!perp__contact_polish_step(solver))
+        if (!take_step(solver))
             return step > 0;
 
         /* 2. The step; a proximal one of a set that contradicts itself. */

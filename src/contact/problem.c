@@ -94,7 +94,7 @@ void perp__contact_lay_out(perp__arena *arena, void *object)
     const size_t contacts = (size_t)s->contacts, size = (size_t)s->size;
     const size_t constraints = (size_t)s->constraints, n = (size_t)s->n;
 
-    s->starts = perp__arena_take(arena, contacts + 1, sizeof(int32_t));
+    s->starts = perp__arena_take(arena, constraints + 1, sizeof(int32_t));
     PERP__INTEGERS(arena, contacts, &s->dims, &s->two_sided);
     PERP__DOUBLES(arena, contacts, &s->mu, &s->rolling, &s->spinning, &s->bound);
     PERP__DOUBLES(arena, size, &s->compliance, &s->diagonal);
@@ -119,29 +119,27 @@ static void keep(double *copy, const double *given, int32_t count)
         copy[k] = given ? given[k] : 0.0;
 }
 
+/* Of the contacts as they were given, and what all rows yield where none has bounds (bounded.c). */
 static void keep_laws(perp_contact_solver *solver, const perp_contact_laws *laws)
 {
-    solver->starts[0] = solver->holds_both = 0;
-    for (int32_t k = 0; k < solver->contacts; k++) {
+    const int32_t given = laws->contacts;
+
+    solver->starts[0] = solver->holds_both = solver->rolls = solver->spins = 0;
+    keep(solver->mu, laws->mu, given);
+    keep(solver->rolling, laws->rolling, given);
+    keep(solver->spinning, laws->spinning, given);
+    keep(solver->bound, NULL, given);
+    keep(solver->compliance, laws->bounded > 0 ? NULL : laws->compliance, solver->size);
+    for (int32_t k = 0; k < given; k++) {
         solver->dims[k] = perp__contact_dim(laws, k);
         solver->two_sided[k] = both_of(laws, k);
         solver->holds_both |= solver->two_sided[k] > 0;
         solver->starts[k + 1] = solver->starts[k] + rows_of(laws, k);
-    }
-    keep(solver->mu, laws->mu, solver->contacts);
-    keep(solver->rolling, laws->rolling, solver->contacts);
-    keep(solver->spinning, laws->spinning, solver->contacts);
-    keep(solver->compliance, laws->compliance, solver->size);
-    keep(solver->bound, solver->bounded.count > 0 ? solver->bounded.bound : NULL, solver->contacts);
-    solver->has_bounds = solver->bounded.boxes > 0;
-    solver->rolls = solver->spins = solver->complies = 0;
-    for (int32_t k = 0; k < solver->contacts; k++) {
         solver->rolls |= solver->rolling[k] > 0.0;
         solver->spins |= solver->spinning[k] > 0.0;
     }
-    for (int32_t k = 0; k < solver->size; k++)
-        solver->complies |= solver->compliance[k] > 0.0;
     solver->has_discs = solver->rolls || solver->spins;
+    solver->has_bounds = solver->bounded.boxes > 0;
 }
 
 /* In the caller's words. */
@@ -187,10 +185,11 @@ static perp_status read_traces(perp_contact_solver *solver)
             if (!(solver->diagonal[row] > 0.0) || !isfinite(solver->trace[k]))
                 return moves_nothing(solver, k, row);
     }
-    for (i = solver->rows; i < solver->size; i++) {
-        solver->trace[solver->contacts + i - solver->rows] = solver->diagonal[i];
+    for (int32_t k = solver->contacts; k < solver->constraints; k++) {
+        i = solver->starts[k];
+        solver->trace[k] = solver->diagonal[i];
         if (!(solver->diagonal[i] > 0.0) || !isfinite(solver->diagonal[i]))
-            return moves_nothing(solver, solver->contacts + i - solver->rows, i);
+            return moves_nothing(solver, k, i);
     }
     return PERP_OK;
 }
@@ -234,8 +233,11 @@ static void present(perp_contact_solver *solver)
 
 perp_status perp__contact_finish_setup(perp_contact_solver *solver)
 {
-    perp_status status = read_traces(solver);
+    perp_status status;
 
+    for (int32_t k = solver->contacts; k < solver->constraints; k++)
+        solver->starts[k + 1] = solver->starts[k] + 1;
+    status = read_traces(solver);
     if (status == PERP_OK) {
         perp__contact_find_parts(solver);
         present(solver);
@@ -262,6 +264,9 @@ static perp_status make_matrices(perp_contact_solver *solver)
     const size_t size = (size_t)solver->size;
     perp_status status = PERP_OK;
 
+    solver->complies = 0;
+    for (size_t i = 0; i < size; i++)
+        solver->complies |= solver->compliance[i] > 0.0;
     /* 1. Bodies, where M falls into blocks. Small problems want W, where the caller allows it and
      * there are no more contacts than velocities: sets of rows that depend on each other circle. */
     solver->has_bodies = 0;
@@ -282,7 +287,7 @@ static perp_status make_matrices(perp_contact_solver *solver)
         return status;
     solver->W = (perp__matrix){solver->size, solver->size, 1, size, solver->dynamics.W, NULL, NULL};
     if (solver->bounded.boxes > 0 && !solver->dynamics.has_M) {
-        perp__contact_bounded_yield(&solver->bounded, solver->W.values, solver->compliance);
+        perp__contact_bounded_yield(&solver->bounded, solver->W.values);
         solver->complies = 1;
     }
     for (size_t i = 0; i < size; i++)
@@ -355,13 +360,10 @@ perp_status perp__contact_setup(perp_contact_solver *solver, const perp_contact_
     /* from here on the old problem is gone */
     next.setups++;
     *solver = next;
+    keep_laws(solver, &copy);
     if (copy.bounded > 0)
-        status = perp__contact_bounded_read(&solver->bounded, solver->context, &copy,
-                                            W ? NULL : &solver->dynamics, &solver->W);
-    if (status == PERP_OK) {
-        keep_laws(solver, copy.bounded > 0 ? &solver->bounded.laws : &copy);
-        status = make_matrices(solver);
-    }
+        status = perp__contact_bounded_read(solver, &copy);
+    PERP__THEN(status, make_matrices(solver));
     PERP__THEN(status, perp__contact_finish_setup(solver));
     if (status != PERP_OK)
         solver->entrance = PERP__NO_PROBLEM;

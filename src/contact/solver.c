@@ -1,8 +1,160 @@
-/* The life of a solver: create, set, setup, destroy, and the public entrances. */
+/* What the caller chooses, what a solve is called with, asks on the way, and hands back; the life
+ * of a solver: create, set, setup, destroy, and the public entrances. */
 #include "contact/solver.h"
+
+#include <math.h>
 
 #include "base/check.h"
 #include "contact/statics/statics.h"
+#include "linalg/spatial.h"
+
+PERP__INIT_WITH(perp_contact_laws, .dim = 3)
+
+PERP__INIT(perp_contact_dynamics)
+
+PERP__INIT_WITH(perp_contact_settings, .tol = 1e-8)
+
+PERP__INIT(perp_contact_result)
+
+PERP__WORDS(perp_contact_mode_text, "unknown mode", "separate", "stick", "slip", "lower", "upper")
+
+PERP__WORDS(perp_contact_method_text, "unknown method", "auto", "sweep", "newton", "lemke",
+            "polish", "admm", "proximal")
+
+int32_t perp__contact_method_named(int32_t method)
+{
+    return method == PERP_CONTACT_METHOD_NEWTON ? PERP_CONTACT_METHOD_PROXIMAL : method;
+}
+
+static perp_status check_method(perp_context *context, const perp_contact_settings *copy)
+{
+    if (copy->method == PERP_CONTACT_METHOD_POLISH)
+        return perp__refuse(context, "settings.method is %d, which is only ever reported",
+                            (int)copy->method);
+    if (copy->cone < 0 || copy->cone == 1 || copy->cone == 2 || copy->cone > PERP__MOST_EDGES)
+        return perp__refuse(context, "settings.cone is %d, expected 0 (exact) or 3 .. %d edges",
+                            (int)copy->cone, (int)PERP__MOST_EDGES);
+    if (copy->cone > 0 && copy->method != PERP_CONTACT_METHOD_AUTO &&
+        copy->method != PERP_CONTACT_METHOD_LEMKE)
+        return perp__refuse(
+            context,
+            "settings.cone is %d, a polyhedron, which the method %s can't take: use "
+            "lemke or auto",
+            (int)copy->cone, perp_contact_method_text(copy->method));
+    return PERP_OK;
+}
+
+static const perp__field fields[] = {
+    PERP__INTEGER(perp_contact_settings, method, 0, PERP_CONTACT_METHOD_PROXIMAL),
+    PERP__INTEGER(perp_contact_settings, max_iterations, 0, INFINITY),
+    PERP__INTEGER(perp_contact_settings, raw_velocity, 0, 2),
+    PERP__REAL(perp_contact_settings, tol, "()", 0, INFINITY),
+    PERP__REAL(perp_contact_settings, time_limit, "[]", 0, INFINITY),
+};
+
+PERP__SETTINGS_READER(perp__contact_settings_read, perp_contact_settings, fields,
+                      check_method(context, &read))
+
+perp_status perp__contact_check_call(const perp_contact_solver *solver,
+                                     const perp__contact_call *call)
+{
+    perp_context *context = solver->context;
+    const int32_t by_W = solver->entrance == PERP__ENTRANCE_DELASSUS;
+    const int32_t translated = solver->bounded.count > 0;
+    const int32_t size = translated ? solver->bounded.size : solver->size;
+    const int32_t rows = translated ? solver->bounded.rows : solver->rows;
+    perp_status status;
+
+    if (solver->entrance == PERP__NO_PROBLEM)
+        return perp__refuse(context,
+                            "the solver has no problem: call perp_contact_solver_setup_dynamics or "
+                            "_setup_delassus first");
+    status = perp__struct_check(context, "result", call->result, sizeof *call->result,
+                                PERP__FIRST(perp_contact_result));
+    if (size > 0)
+        PERP__THEN(status, perp__check_pointer(context, "r", call->r));
+    if (by_W)
+        PERP__THEN(status, perp__check_vector(context, "q", call->q, (size_t)size));
+    if (!by_W) {
+        PERP__THEN(status, perp__check_vector(context, "f", call->f, (size_t)solver->dynamics.n));
+        PERP__THEN(status, perp__check_vector(context, "w", call->w, (size_t)rows));
+    }
+    if (!by_W && call->b)
+        PERP__THEN(status, perp__check_vector(context, "b", call->b, (size_t)(size - rows)));
+    if (call->r0)
+        PERP__THEN(status, perp__check_vector(context, "r0", call->r0, (size_t)size));
+    return status;
+}
+
+int32_t perp__contact_tick(void *user, int64_t iterations, double residual)
+{
+    perp_contact_solver *solver = user;
+
+    if (solver->ended >= 0)
+        return 1;
+    if (solver->settings.monitor) {
+        const perp_contact_progress progress = {.struct_size = sizeof progress,
+                                                .method = solver->running,
+                                                .iterations = iterations,
+                                                .residual = residual};
+        const int32_t answer = solver->settings.monitor(&progress, solver->settings.monitor_user);
+
+        if (answer < 0)
+            solver->aborted = 1;
+        if (answer != 0) {
+            solver->ended = PERP_OUTCOME_STOPPED;
+            return 1;
+        }
+    }
+    if (perp__is_past(solver->deadline))
+        solver->ended = PERP_OUTCOME_TIME_LIMIT;
+    return solver->ended == PERP_OUTCOME_TIME_LIMIT;
+}
+
+void perp__contact_write_out(perp_contact_solver *solver, const perp__contact_call *call,
+                             double started)
+{
+    const perp__contact_candidate *best = &solver->best;
+    const perp__contact_bounded *bounded = &solver->bounded;
+    const int32_t has_ray = best->outcome == PERP_OUTCOME_RAY;
+    perp_contact_result copy = {0};
+
+    perp__copy(call->v, solver->best_v, solver->n);
+    if (bounded->count > 0) { /* in the caller's rows */
+        perp__contact_bounded_impulses(bounded, best->r, call->r);
+        if (call->u)
+            perp__contact_bounded_velocities(bounded, best->u, call->u);
+        if (call->ray && has_ray)
+            perp__contact_bounded_velocities(bounded, solver->ray, call->ray);
+        if (call->modes)
+            perp__contact_bounded_modes(bounded, best->modes, best->r, best->u, call->modes);
+    } else {
+        perp__copy(call->r, best->r, solver->size);
+        perp__copy(call->u, best->u, solver->size);
+        if (has_ray)
+            perp__copy(call->ray, solver->ray, solver->size);
+        for (int32_t k = 0; call->modes && k < solver->contacts; k++)
+            call->modes[k] = best->modes[k];
+    }
+    copy.outcome = best->outcome;
+    copy.method = best->method;
+    copy.iterations = solver->iterations;
+    copy.residual = perp__told(best->residuals.tested);
+    copy.natural_residual = perp__told(best->residuals.natural);
+    copy.backward_error = perp__told(best->residuals.backward);
+    copy.signorini_velocity = perp__told(best->residuals.signorini_velocity);
+    copy.signorini_impulse = perp__told(best->residuals.signorini_impulse);
+    copy.cone = perp__told(best->residuals.cone);
+    copy.dissipation_velocity = perp__told(best->residuals.dissipation_velocity);
+    copy.dissipation_impulse = perp__told(best->residuals.dissipation_impulse);
+    copy.bilateral = perp__told(best->residuals.bilateral);
+    copy.seconds = perp__now() - started;
+    copy.has_ray = has_ray;
+    copy.certificate = has_ray ? solver->certificate : 0;
+    perp__struct_write(call->result, &copy, sizeof copy);
+}
+
+/* ---- life ---- */
 
 static const perp__contact_method *const methods[PERP__CONTACT_METHODS] = {
     &perp__contact_sweep, &perp__contact_lemke, &perp__contact_admm, &perp__contact_proximal};
@@ -46,19 +198,6 @@ perp_status perp__contact_create(perp_context *context, perp_contact_solver **so
     status = perp__contact_configure(made, settings);
     PERP__HAND_OUT(status, made, solver);
     return status;
-}
-
-perp_status perp__contact_set_up_inner(const perp_contact_solver *outer,
-                                       perp_contact_solver **inner, const perp_contact_laws *laws,
-                                       int32_t size, const double *W)
-{
-    const perp_matrix view = perp__view(PERP_STORAGE_COLUMN_MAJOR, size, size, W);
-    perp_status status = *inner ? PERP_OK : perp__contact_create(outer->context, inner, NULL);
-
-    if (status != PERP_OK)
-        return status;
-    (*inner)->settings = outer->settings;
-    return perp__contact_setup(*inner, laws, NULL, &view);
 }
 
 perp_status perp__contact_configure(perp_contact_solver *solver,

@@ -10,7 +10,6 @@
 #include "base/outcome.h"
 #include "contact/bodies/bodies.h"
 #include "contact/bounded.h"
-#include "contact/dynamics/delassus.h"
 #include "contact/dynamics/dynamics.h"
 #include "contact/hold/hold.h"
 #include "contact/method.h"
@@ -216,14 +215,10 @@ perp_status perp__contact_enter(perp_contact_solver *solver);
 perp_status perp__contact_finish_setup(perp_contact_solver *solver);
 void perp__contact_lay_out(perp__arena *arena, void *solver);
 
-/* The methods' view of the monitor and the clock; user: the solver. Nonzero: stop. call.c. */
+/* The methods' view of the monitor and the clock; user: the solver. Nonzero: stop. solver.c. */
 int32_t perp__contact_tick(void *user, int64_t iterations, double residual);
 
-/* Takes one more step of the polish from what limits and monitor grant. Returns 0 where there is
- * none left. */
-int32_t perp__contact_polish_step(perp_contact_solver *solver);
-
-/* Checks of a call before, and its outputs after: call.c. */
+/* Checks of a call before, and its outputs after: solver.c. */
 perp_status perp__contact_check_call(const perp_contact_solver *solver,
                                      const perp__contact_call *call);
 void perp__contact_write_out(perp_contact_solver *solver, const perp__contact_call *call,
@@ -254,9 +249,8 @@ void perp__contact_keep(perp_contact_solver *solver, const perp__contact_candida
 perp_status perp__contact_evaluate(perp_contact_solver *solver, const int8_t *modes,
                                    perp__contact_residuals *residuals);
 
-/* verdict.c: the numbers of (r, u), and the modes by the side on which each contact lies; what the
- * modes as they are now make of them; and the outcome of a point, the worst of its parts'. */
-void perp__contact_measure(perp_contact_solver *solver, perp__contact_residuals *residuals);
+/* What the modes as they are now make of the residuals; and the outcome of a point, the worst of
+ * its parts': evaluation.c. */
 void perp__contact_weigh(perp_contact_solver *solver, perp__contact_residuals *residuals);
 perp_outcome perp__contact_verdict(const perp_contact_solver *solver,
                                    const perp__contact_candidate *point, perp_outcome said);
@@ -309,9 +303,6 @@ perp_status perp__contact_delassus(perp_contact_solver *solver, int32_t *made);
  * has_ray and certificate are set: ray.c. PERP_OK, _MEMORY, _CALLBACK or _NOT_FINITE. */
 perp_status perp__contact_find_ray(perp_contact_solver *solver);
 
-/* Whether such a proof can exist: some contact is to open, or some joint to move: ray.c. */
-int32_t perp__contact_may_be_infeasible(perp_contact_solver *solver);
-
 /* Checks the direction in solver->ray and scales it; sets has_ray and certificate: ray.c. */
 void perp__contact_keep_ray(perp_contact_solver *solver, const double *direction);
 
@@ -344,9 +335,5 @@ void perp__rigid_bias(const perp_contact_solver *solver, double *u);
  * more than a carrier. */
 void perp__rigid_beside(const perp_contact_solver *solver, const int8_t *holds, int32_t *beside,
                         int8_t *pushed);
-
-/* u of all rows after held.c has written v: exactly 0 where they hold, bias between bodies that
- * move as one, else from v. */
-void perp__rigid_held_velocities(const perp_contact_solver *solver, const double *v, double *u);
 
 #endif

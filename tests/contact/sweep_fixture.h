@@ -58,7 +58,7 @@ static inline void begin(fixture *f, const piles_options *options)
 
     memset(f, 0, sizeof *f);
     piles_make(&f->p, options);
-    f->starts = gen_allocate((size_t)f->p.contacts + 1, sizeof *f->starts);
+    f->starts = gen_allocate((size_t)f->p.contacts + 2, sizeof *f->starts);
     for (int32_t k = 0; k < f->p.contacts; k++)
         f->starts[k + 1] = f->starts[k] + f->p.dims[k];
     prepare(f, f->p.contacts, f->p.rows);

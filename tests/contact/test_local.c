@@ -5,7 +5,7 @@
 
 #include "suite.h"
 
-#include "contact/sweep/local.h"
+#include "contact/sweep/sweep.h"
 #include "gen.h"
 
 enum { SEPARATE, STICK, SLIP };

@@ -8,7 +8,7 @@
 
 #include <perp/perp.h>
 
-#include "contact/dynamics/half.h"
+#include "contact/dynamics/dynamics.h"
 
 enum { N = 20, CONTACTS = 5, LIMITS = 8, ROWS = 3 * CONTACTS + LIMITS, SIZE = ROWS + 1 };
 

@@ -6,7 +6,7 @@
 
 #include "suite.h"
 
-#include "contact/sweep/mixing.h"
+#include "contact/sweep/sweep.h"
 #include "gen.h"
 
 enum { N = 4, Y = 2 };

@@ -49,8 +49,9 @@ static void test_bilateral(void **state)
 
     (void)state;
     memset(&f, 0, sizeof f);
-    f.starts = gen_allocate(2, sizeof *f.starts);
+    f.starts = gen_allocate(3, sizeof *f.starts);
     f.starts[1] = 1;
+    f.starts[2] = 2;
     prepare(&f, 1, 2);
     f.problem.rows = 1;
     f.problem.tol = 1e-14;
@@ -94,6 +95,7 @@ static int32_t number_rows(fixture *f)
             compliance[f->starts[k] + 1] = 0.5;
     }
     f->starts[16] = row;
+    f->starts[17] = row + 1;
     for (int32_t j = 0; j < f->p.H_starts[24]; j++)
         f->p.H_rows[j] = f->starts[f->p.H_rows[j] / 3] + f->p.H_rows[j] % 3;
     f->p.H.rows = row;

@@ -1,4 +1,5 @@
-#include "contact/dynamics/delassus.h"
+/* The matrix W as the methods see it: the caller's, or one of our own. */
+#include "contact/dynamics/dynamics.h"
 
 #include <math.h>
 

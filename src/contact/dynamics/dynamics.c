@@ -6,8 +6,6 @@
 
 #include "base/check.h"
 #include "base/context.h"
-#include "contact/dynamics/delassus.h"
-#include "contact/dynamics/half.h"
 #include "linalg/blas.h"
 #include "linalg/signs.h"
 
@@ -101,7 +99,7 @@ perp_status perp__dynamics_read(perp_context *context, perp__dynamics *view, int
 
 /* ---- M, and W ---- */
 
-/* Whether W is made by half.h. */
+/* Whether W is made by half.c. */
 static int32_t is_halved(const perp__dynamics *view)
 {
     return view->forms_W && view->has_M &&

@@ -1,4 +1,6 @@
-#include "contact/dynamics/half.h"
+/* W = A M^-1 A' of few velocities as Y'Y with Y = L^-1 A', M = L L': half of the solves, and
+ * symmetric as it is. */
+#include "contact/dynamics/dynamics.h"
 
 #include <string.h>
 

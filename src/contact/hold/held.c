@@ -90,9 +90,9 @@ static perp_status find_held(perp_contact_solver *solver, const double *r, const
     /* 2. The rows that hold, up to the first that yields: there u + compliance r is 0. Normals that
      * move nothing (the bounds of rows) yield, and hold all the same. */
     for (int32_t k = 0; k < solver->constraints; k++) {
-        const int32_t is_contact = k < solver->contacts;
-        const int32_t begin = is_contact ? solver->starts[k] : solver->rows + k - solver->contacts;
-        const int32_t count = is_contact ? holds(solver, k, u, solver->scale, modes[k]) : 1;
+        const int32_t begin = solver->starts[k];
+        const int32_t count =
+            k < solver->contacts ? holds(solver, k, u, solver->scale, modes[k]) : 1;
         int32_t end = begin + count;
 
         if (solver->complies)

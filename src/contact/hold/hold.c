@@ -409,31 +409,21 @@ static void solve_clusters(perp__hold *h)
 /* ---- one body after the other ---------------------------------------------------------------- */
 
 /* Takes up a row of the block. Returns 1 if it is independent of those before. */
-static inline int32_t take_up_row(perp__hold *h, int32_t block, const double *row, int32_t width)
+static int32_t take_up_row(perp__hold *h, int32_t block, const double *row)
 {
-    double *basis = h->basis + (size_t)block * (size_t)(h->bodies->width * h->bodies->width);
-    double x[PERP__BODY_WIDTH_MOST], square = perp__dot(row, row, width), before;
-    const double scale = square > 0.0 ? 1.0 / sqrt(square) : 0.0;
+    const int32_t width = h->bodies->width, rank = h->rank[block];
+    double *basis = h->basis + (size_t)block * (size_t)(width * width), *x = basis + rank * width;
+    double length = sqrt(perp__dot(row, row, width));
 
     h->taken_up++;
     for (int32_t i = 0; i < width; i++)
-        x[i] = row[i] * scale;
-    square = perp__dot(x, x, width);
-    do { /* again, where rounding is not small beside what is left */
-        before = square;
-        for (int32_t k = 0; k < h->rank[block]; k++) {
-            const double share = perp__dot(basis + k * width, x, width);
-
-            for (int32_t i = 0; i < width; i++)
-                x[i] -= share * basis[k * width + i];
-        }
-        square = perp__dot(x, x, width);
-    } while (square < 0.25 * before &&
-             square > 1e-3 * (PERP__RANK_TOLERANCE * PERP__RANK_TOLERANCE));
-    if (!(square > PERP__RANK_TOLERANCE * PERP__RANK_TOLERANCE))
+        x[i] = length > 0.0 ? row[i] / length : 0.0;
+    perp__project_out(basis, rank, width, x);
+    length = sqrt(perp__dot(x, x, width));
+    if (!(length > PERP__RANK_TOLERANCE))
         return 0;
     for (int32_t i = 0; i < width; i++)
-        basis[h->rank[block] * width + i] = x[i] / sqrt(square);
+        x[i] /= length;
     h->rank[block]++;
     return 1;
 }
@@ -456,9 +446,7 @@ static void visit(perp__hold *h, int32_t constraint, int32_t *tail)
     root = h->pushed[constraint] ? PERP__HOLD_SEVERAL : root_beside(h, constraint, block);
     row = b->values + b->piece_values[piece];
     for (int32_t i = 0; i < h->holds[constraint] && h->rank[block] < most; i++, row += b->width) {
-        if (!(b->width == 6   ? take_up_row(h, block, row, 6)
-              : b->width == 3 ? take_up_row(h, block, row, 3)
-                              : take_up_row(h, block, row, most)))
+        if (!take_up_row(h, block, row))
             continue;
         if (h->source[block] == PERP__HOLD_UNSET)
             h->source[block] = root;

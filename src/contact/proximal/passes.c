@@ -2,7 +2,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "contact/dynamics/half.h"
+#include "contact/dynamics/dynamics.h"
 #include "contact/law.h"
 #include "contact/proximal/proximal.h"
 #include "linalg/blas.h"

@@ -129,26 +129,15 @@ int32_t perp__proximal_factor(perp__proximal *s, const perp__proximal_part *part
 double perp__proximal_residual(perp__proximal *s, const perp__proximal_part *part, double *x,
                                double *speed);
 
-/* s->step := (I + J'KJ)^-1 s->rhs by the last factors, refined once where asked for: newton.c. */
+/* s->step := (I + J'KJ)^-1 s->rhs by the last factors, refined once where asked for: proximal.c. */
 void perp__proximal_find_step(perp__proximal *s, const perp__proximal_part *part, int32_t refines);
 
 /* -1 to go on, or what to stop with. And whether there is a reason to go on at all. */
 int32_t perp__proximal_asks_to_stop(const perp__proximal *s);
 int32_t perp__proximal_goes_on(const perp__proximal *s, double enough);
 
-/* Alternating directions from s->x: proximal.c. So many sweeps, fewer where the residual, looked at
- * now and then, comes to tol. s->outcome >= 0 where it was stopped. */
-void perp__proximal_split_run(perp__proximal *s, const perp__proximal_part *part, double rho,
-                              int32_t sweeps);
-
 /* An interior point method, from no impulses, for parts without discs: interior.c. s->x is its best
  * point, or its end where s->best_residual is of another. */
 void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *part);
-
-/* The proximal Newton method from s->x: newton.c, as before. It ends after `most` factorisations,
- * after `patience` of them in which the residual has not halved, and, tol met, where a centre has
- * not halved it. */
-void perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *part, double rho,
-                               int32_t most, int32_t patience);
 
 #endif

@@ -2,7 +2,7 @@
  * impulses to start from are the answer, and the velocities that what holds leaves (hold.h), with
  * all numbers on the stack.
  *
- * The residuals are those of verdict.c with the terms of the contacts alone below, in plain
+ * The residuals are those of evaluation.c with the terms of the contacts alone below, in plain
  * doubles, and what rounding may have made of them added: a point that passes here passes there.
  * Where one does not, that says nothing. */
 #include <math.h>

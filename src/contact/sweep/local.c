@@ -1,4 +1,17 @@
-#include "contact/sweep/local.h"
+/* One contact by itself, exactly: r in K and u = W_kk r + b obey Signorini's and Coulomb's laws.
+ *
+ * With the normal impulse eliminated, r_n = z - a'r_t, z = -b_n / W_nn, a = W_tn / W_nn, and the
+ * tangents turned so that the Schur complement W_tt - W_tn W_nt / W_nn is diag(s):
+ *   b_n >= 0:             r = 0 (take-off);
+ *   r_t = -c / s          in its disc |r_t| <= mu r_n (stick), c = b_t - a b_n;
+ *   r_t = -c / (s + l),   |r_t| = mu r_n, l > 0 (slip: u_t = -l r_t, u_n = 0).
+ * The last equation is a quartic in the slip multiplier l. It is solved by Newton's method on
+ * mu r_n / |r_t| - 1, nearly linear in l, inside of a bracket that always exists: the function is
+ * negative at l = 0, where sticking failed, and positive for large l. Where friction and coupling
+ * are so large that there are several solutions, r = 0 is taken before any other, sticking before
+ * slipping, and of several slips one at which the function rises. (Quartic: Bonnefon & Daviet,
+ * INRIA 2011; secular equations: Conn, Gould & Toint, Trust-Region Methods, 2000, chapter 7.) */
+#include "contact/sweep/sweep.h"
 
 #include <math.h>
 #include <string.h>

@@ -7,7 +7,7 @@
 
 #include <perp/contact.h>
 
-#include "contact/sweep/local.h"
+#include "contact/sweep/sweep.h"
 #include "linalg/lanes/multiversion.h"
 
 /* Newton's method, near: the next step squares this error. */

@@ -4,9 +4,60 @@
 #define PERP_CONTACT_SWEEP_H
 
 #include "contact/bodies/bodies.h"
-#include "contact/sweep/local.h"
 #include "contact/method.h"
-#include "contact/sweep/mixing.h"
+
+/* ---- one contact: local.c ---- */
+
+/* Everything in the turned frame: t = (c t1 + s t2, -s t1 + c t2) of the caller's. */
+typedef struct perp__local {
+    double inverse_normal; /* 1 / W_nn */
+    double a[2];
+    double s[2], inverse_s[2];
+    double mu;
+    double slip; /* the last multiplier: where the next search begins */
+    double turn[2];
+    int32_t dim;
+} perp__local;
+
+/* Reads the symmetric part of W_kk, dim by dim (1, 2 or 3), row-major with that stride. A diagonal
+ * that is zero or negative, which no symmetric positive definite W has, is lifted to 1e-14 of the
+ * trace. */
+void perp__local_make(perp__local *local, int32_t dim, const double *W, int32_t stride, double mu);
+
+/* A disc |r| <= radius of 1 or 2 rows, opposed to u: reads W the same way. */
+void perp__local_make_disc(perp__local *local, int32_t dim, const double *W, int32_t stride);
+
+/* r := the solution for b = u - W_kk r, with the r given. Returns PERP_CONTACT_SEPARATE (0), STICK
+ * (1) or SLIP (2). Caller's frame. */
+int32_t perp__local_step(perp__local *local, const double *u, double *r);
+
+/* The same for a disc; returns STICK or SLIP. */
+int32_t perp__local_step_disc(perp__local *local, double radius, const double *u, double *r);
+
+/* ---- several sweeps: mixing.c ---- */
+
+enum { PERP__MIXING_DEPTH = 5 };
+
+/* A state is r and y, which is linear in r. */
+typedef struct perp__mixing {
+    int32_t size, y_size;
+    int32_t count, next; /* differences held; where the next one goes */
+    int32_t has_last;
+    double norm;       /* of the last f */
+    double *before;    /* r when the sweep began */
+    double *f, *r, *y; /* of the last sweep; f weighted */
+    double *F, *R, *Y; /* differences, PERP__MIXING_DEPTH of each */
+    double gram[PERP__MIXING_DEPTH][PERP__MIXING_DEPTH]; /* F'F */
+} perp__mixing;
+
+void perp__mixing_layout(perp__arena *arena, perp__mixing *mixing, size_t size, size_t y_size);
+/* The first sweep begins at r. */
+void perp__mixing_forget(perp__mixing *mixing, const double *r);
+
+/* After a sweep: r and y, its result, become the next start. weights: size. */
+void perp__mixing_after(perp__mixing *mixing, const double *weights, double *r, double *y);
+
+/* ---- all constraints ---- */
 
 enum { PERP__PACKED_WIDTH = 6, PERP__PACKED_ROW = 12 };
 
@@ -18,9 +69,9 @@ typedef struct perp__sweep_discs {
     double W[PERP__ROWS_MOST * PERP__ROWS_MOST];
 } perp__sweep_discs;
 
-/* A contact of at most 3 rows on at most 2 blocks of 3 or 6 unknowns (packed.c). */
+/* A contact of at most 3 rows on at most 2 blocks of 3 or 6 unknowns (pass.c). */
 typedef struct perp__packed_contact {
-    double P[36]; /* 3 rows, in the order that packed.c tells */
+    double P[36]; /* 3 rows, in the order of perp__packed_place */
     double q[3], compliance[2];
     perp__local local;
     double weight; /* trace / omega^2 */
@@ -37,7 +88,6 @@ static inline int32_t perp__packed_place(int32_t which, int32_t j)
 typedef struct perp__sweep_work {
     perp__contact_work common;
     int32_t constraints, size;
-    int32_t *rows;                /* constraints + 1 */
     perp__local *local;           /* constraints */
     perp__sweep_discs *discs;     /* contacts, if some roll, spin or hold both ways */
     double *weights;              /* constraints: sqrt(trace) / omega */
@@ -65,19 +115,13 @@ typedef struct perp__sweep_work {
  * omega; NaN or infinity where a number overflowed. */
 double perp__sweep_pass(perp__sweep_work *work);
 
-/* Whether contact k can be packed; packs it; one pass over the contacts from `from` up to
- * before `to`, all packed, which raises *most to the largest squared change. */
+/* Whether contact k can be packed; packs it. */
 int32_t perp__sweep_packs(const perp__sweep_work *work, int32_t k);
 void perp__sweep_pack(perp__sweep_work *work, int32_t k, perp__packed_contact *packed);
-void perp__sweep_packed(perp__sweep_work *work, int32_t from, int32_t to, double *most);
 
 /* r := x of the caller's frame; x := r in the caller's frame, within its cones. */
 void perp__sweep_import(perp__sweep_work *work, const double *x);
 void perp__sweep_export(perp__sweep_work *work, const double *r);
-
-/* W by rows from problem->W; the local problems from either. */
-void perp__sweep_read(perp__sweep_work *work);
-void perp__sweep_layout(perp__arena *arena, void *work);
 
 /* The tested residual of x, in the caller's frame, with u := W x + q. */
 double perp__sweep_residual(perp__sweep_work *work, const double *x, double *u);
