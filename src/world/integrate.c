@@ -57,6 +57,7 @@ static void rotate_freely(perp_world *world, int32_t i, double h)
     perp__euler_step(body, h, w, torque, w_next);
     for (int32_t k = 0; k < 3; k++)
         mean[k] = 0.5 * (w[k] + w_next[k]);
+    perp__apply3(world->motions[i].moving + 3, R, mean); /* along which the torque does its work */
     perp__apply3(after, world->motions[i].rotation, mean);
     perp__turn(world, next, h, after);
     momentum_of(world, body, old, w, before);
