@@ -115,9 +115,9 @@ static double take_from_turns(perp_world *world, const perp__island *island, int
     return perp__energy_given(world, island);
 }
 
-/* What the way of a body did more than that of its mean velocity, to which forces do what kinetic
- * energy says: out of overlap, or where an impact took velocity; no more than a motion may go
- * deep, which is where it may lead to take that back. Returns the energy that it gave. */
+/* What a way did more than that of its mean velocity, to which forces do what kinetic energy says:
+ * out of overlap, or where an impact took velocity; no more than motions may go deep, where to take
+ * it back may lead. Returns the energy that it gave. */
 static double way_gave(const perp_world *world, int32_t body, double *way)
 {
     const double deep = fmax(perp__level_of(world)->deep, PERP__NEAR);
@@ -252,13 +252,17 @@ double perp__take_given(perp_world *world, const perp__island *island)
     return given > 0.0 && island->joints == 0 ? take_from_turns(world, island, 1) : given;
 }
 
-/* Of all dynamic bodies: kinetic and potential energy, momentum, angular momentum. */
-static perp_status add_up(const perp_world *world, double sums[8])
+/* Of all dynamic bodies, where they are asked for. */
+static perp_status add_up(const perp_world *world, double *kinetic, double *potential, double *p,
+                          double *L)
 {
     const double at_rest[3] = {0.0};
+    double sums[8] = {0.0};
     perp_status status = perp__world_enter(world);
 
-    for (int32_t i = 0; i < world->body_slots && status == PERP_OK; i++) {
+    if (status != PERP_OK)
+        return status;
+    for (int32_t i = 0; i < world->body_slots; i++) {
         const perp__state *state = &world->states[i];
         const double mass = world->bodies[i].mass;
         double spin[3], orbit[3];
@@ -273,29 +277,23 @@ static perp_status add_up(const perp_world *world, double sums[8])
         perp__add3(sums + 5, mass, orbit);
         perp__add3(sums + 5, 1.0, spin);
     }
-    return status == PERP_OK ? perp__leave(world->context, PERP_OK) : status;
+    if (kinetic)
+        *kinetic = sums[0];
+    if (potential)
+        *potential = sums[1];
+    if (p)
+        perp__copy3(p, sums + 2);
+    if (L)
+        perp__copy3(L, sums + 5);
+    return perp__leave(world->context, PERP_OK);
 }
 
 perp_status perp_world_energy(const perp_world *world, double *kinetic, double *potential)
 {
-    double sums[8] = {0.0};
-    const perp_status status = add_up(world, sums);
-
-    if (status == PERP_OK && kinetic)
-        *kinetic = sums[0];
-    if (status == PERP_OK && potential)
-        *potential = sums[1];
-    return status;
+    return add_up(world, kinetic, potential, NULL, NULL);
 }
 
 perp_status perp_world_momentum(const perp_world *world, double *linear, double *angular)
 {
-    double sums[8] = {0.0};
-    const perp_status status = add_up(world, sums);
-
-    if (status == PERP_OK && linear)
-        perp__copy3(linear, sums + 2);
-    if (status == PERP_OK && angular)
-        perp__copy3(angular, sums + 5);
-    return status;
+    return add_up(world, NULL, NULL, linear, angular);
 }
