@@ -115,26 +115,35 @@ static double take_from_turns(perp_world *world, const perp__island *island, int
     return perp__energy_given(world, island);
 }
 
-/* Takes what the step gave from ways, as far as these did more than those of the mean velocities,
- * to which forces do what kinetic energy says: out of overlap, or where an impact took velocity. */
+/* What a way did more than that of its mean velocity, to which forces do what kinetic energy says:
+ * out of overlap, or where an impact took velocity; no more than motions may go deep, where to take
+ * it back may lead. Returns the energy that it gave. */
+static double way_gave(const perp_world *world, int32_t body, double *way)
+{
+    const double deep = fmax(perp__level_of(world)->deep, PERP__NEAR);
+    const double most = deep * perp__body_length(world, body);
+    const perp__state *from = &world->states[body], *to = &world->next[body];
+
+    memset(way, 0, 6 * sizeof *way);
+    for (int32_t k = 0; k < 3; k++)
+        way[k] = to->position[k] - from->position[k] -
+                 0.5 * world->step_length * (from->velocity[k] + to->velocity[k]);
+    perp__add3(way, fmin(most / perp__length3(way), 1.0) - 1.0, way);
+    return fmax(perp__work_needed(world, body, way), 0.0);
+}
+
+/* Takes what the step gave from ways that gave some, by one share of all. */
 static double take_from_ways(perp_world *world, const perp__island *island, double given)
 {
-    double sum = 0.0, share = 0.0, way[6] = {0.0};
+    double sum = 0.0, way[6];
 
-    for (int32_t i = 0; i < 2 * island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i % island->bodies];
-        const perp__state *from = &world->states[body];
-        perp__state *to = &world->next[body];
-        double gave;
+    for (int32_t i = 0; i < island->bodies; i++)
+        sum += way_gave(world, world->body_order[island->first_body + i], way);
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
 
-        for (int32_t k = 0; k < 3; k++)
-            way[k] = to->position[k] - from->position[k] -
-                     0.5 * world->step_length * (from->velocity[k] + to->velocity[k]);
-        gave = fmax(perp__work_needed(world, body, way), 0.0);
-        if (i >= island->bodies && gave > 0.0)
-            perp__add3(to->position, -share, way);
-        else if (i < island->bodies)
-            share = fmin(given / (sum += gave), 1.0);
+        if (way_gave(world, body, way) > 0.0)
+            perp__add3(world->next[body].position, -fmin(given / sum, 1.0), way);
     }
     return perp__energy_given(world, island);
 }
@@ -142,38 +151,39 @@ static double take_from_ways(perp_world *world, const perp__island *island, doub
 /* Whether contact i is of a body that the step leaves at rest: its impulses balance. */
 static int32_t rests(const perp_world *world, const perp__island *island, int32_t i)
 {
-    const perp__world_contact *contact = perp__step_contact(world, island, i);
+    const int32_t *body = perp__step_flags(world, island, i)->body;
     int32_t any = 0;
 
-    for (int32_t side = 0; side < 2; side++) {
-        const int32_t body = side == 0 ? contact->body_a : contact->body_b;
-
-        any |= perp__is_dynamic(world, body) && perp__is_zero3(world->motions[body].shift) &&
-               perp__is_zero3(world->motions[body].shift + 3);
-    }
+    for (int32_t side = 0; side < 2; side++)
+        any |= perp__is_dynamic(world, body[side]) &&
+               perp__is_zero3(world->next[body[side]].velocity) &&
+               perp__is_zero3(world->next[body[side]].angular_velocity);
     return any;
 }
 
-/* The next velocities without impulses that may give less, but for those along the normals. */
-static void leave_impulses(perp_world *world, const perp__island *island, int32_t friction)
+/* Shifts := what impulses that may give less make of the velocities, all or those of friction. */
+static void find_made(perp_world *world, const perp__island *island, int32_t friction)
 {
+    for (int32_t i = 0; i < island->bodies; i++)
+        memset(perp__island_motion(world, island, i)->shift, 0, 6 * sizeof(double));
     for (int32_t i = 0; i < 2 * island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i / 2);
         const int32_t body = i % 2 == 0 ? contact->body_a : contact->body_b;
         const double *r = perp__step_response(world, island, i / 2)->impulse;
+        perp__motion *motion = &world->motions[body];
         double row[6], moment[3] = {0.0}, seen[3];
 
         if (!perp__is_dynamic(world, body) || rests(world, island, i / 2))
             continue;
         for (int32_t k = friction; k < 3; k++) {
             perp__contact_row(contact, i % 2, k, row);
-            perp__add3(world->next[body].velocity, -r[k] * world->bodies[body].inverse_mass, row);
-            perp__add3(moment, -r[k], row + 3);
+            perp__add3(motion->shift, r[k] * world->bodies[body].inverse_mass, row);
+            perp__add3(moment, r[k], row + 3);
         }
-        perp__apply_transposed3(seen, world->motions[body].rotation, moment);
+        perp__apply_transposed3(seen, motion->rotation, moment);
         perp__apply3(moment, world->bodies[body].inverse_inertia, seen);
-        perp__apply3(seen, world->motions[body].rotation, moment);
-        perp__add3(world->next[body].angular_velocity, 1.0, seen);
+        perp__apply3(seen, motion->rotation, moment);
+        perp__add3(motion->shift + 3, 1.0, seen);
     }
 }
 
@@ -184,33 +194,27 @@ static double take_impulses(perp_world *world, const perp__island *island, doubl
                             int32_t friction)
 {
     const perp__verdict *verdict = &perp__island_motion(world, island, 0)->verdict;
-    double frame[3], nothing[3] = {0.0}, slope, square, forced = 0.0, half, t, root;
+    double frame[3], slope = 0.0, square = 0.0, forced = 0.0, half, t, root;
 
-    /* 1. velocities without these impulses; d */
+    /* 1. d, d'M v, d'M d, d'M g */
     (void)perp__find_frame(world, island, frame);
-    slope = perp__kinetic_beside(world, island, frame);
-    for (int32_t i = 0; i < island->bodies; i++) {
-        perp__motion *motion = perp__island_motion(world, island, i);
-        perp__state *next = &world->next[world->body_order[island->first_body + i]];
-
-        perp__copy3(motion->shift, next->velocity);
-        perp__copy3(motion->shift + 3, next->angular_velocity);
-    }
-    leave_impulses(world, island, friction);
-    slope -= perp__kinetic_beside(world, island, frame);
+    find_made(world, island, friction);
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
         const perp__motion *motion = &world->motions[body];
-        perp__state *next = &world->next[body];
+        const double *d = motion->shift, mass = world->bodies[body].mass;
+        perp__state turned = world->next[body];
+        double spin[3];
 
-        perp__subtract3(next->velocity, motion->shift, next->velocity);
-        perp__subtract3(next->angular_velocity, motion->shift + 3, next->angular_velocity);
+        spin_of(world, body, &turned, spin);
+        slope += mass * (perp__dot3(d, turned.velocity) - perp__dot3(d, frame)) +
+                 perp__dot3(d + 3, spin);
+        perp__copy3(turned.angular_velocity, d + 3);
+        spin_of(world, body, &turned, spin);
+        square += mass * perp__dot3(d, d) + perp__dot3(d + 3, spin);
         forced +=
-            world->bodies[body].mass * (perp__dot3(next->velocity, motion->free) -
-                                        perp__dot3(next->velocity, world->states[body].velocity));
+            mass * (perp__dot3(d, motion->free) - perp__dot3(d, world->states[body].velocity));
     }
-    square = 2.0 * perp__kinetic_beside(world, island, nothing);
-    slope += 0.5 * square;
 
     /* 2. as much as there is of these impulses, and of energy by them */
     half = slope > 0.0 && slope * slope >= 2.0 * square * excess ? 0.0 : 0.5;
@@ -218,20 +222,18 @@ static double take_impulses(perp_world *world, const perp__island *island, doubl
     root = sqrt(fmax(slope * slope - 2.0 * square * excess, 0.0));
     t = slope > 0.0 ? fmin(fmin(2.0 * excess / (slope + root), slope / square), 1.0) : 0.0;
 
-    /* 3. velocities, ways, and what is told */
-    for (int32_t i = 0; i < island->bodies; i++) {
-        perp__motion *motion = perp__island_motion(world, island, i);
-        perp__state *next = &world->next[world->body_order[island->first_body + i]];
-
-        perp__add3(next->position, -half * world->step_length * t, next->velocity);
-        for (int32_t k = 0; k < 3; k++) {
-            next->velocity[k] = motion->shift[k] - t * next->velocity[k];
-            next->angular_velocity[k] = motion->shift[3 + k] - t * next->angular_velocity[k];
-        }
-    }
+    /* 3. what is told, ways and velocities */
     for (int32_t i = 0; i < 3 * island->contacts; i++)
         if ((!friction || i % 3 > 0) && !rests(world, island, i / 3))
             perp__step_response(world, island, i / 3)->impulse[i % 3] *= 1.0 - t;
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const double *d = perp__island_motion(world, island, i)->shift;
+        perp__state *next = &world->next[world->body_order[island->first_body + i]];
+
+        perp__add3(next->position, -half * world->step_length * t, d);
+        perp__add3(next->velocity, -t, d);
+        perp__add3(next->angular_velocity, -t, d + 3);
+    }
     /* u + t (q - u) misses by t beside what drives it, and by no more than t d */
     if (verdict->swept)
         perp__raise_to(&world->scaled,
@@ -250,10 +252,12 @@ double perp__take_given(perp_world *world, const perp__island *island)
     return given > 0.0 && island->joints == 0 ? take_from_turns(world, island, 1) : given;
 }
 
-/* Of all dynamic bodies; energies are kinetic and potential. */
-static perp_status add_up(const perp_world *world, double energies[2], double p[3], double L[3])
+/* Of all dynamic bodies, where they are asked for. */
+static perp_status add_up(const perp_world *world, double *kinetic, double *potential, double *p,
+                          double *L)
 {
     const double at_rest[3] = {0.0};
+    double sums[8] = {0.0};
     perp_status status = perp__world_enter(world);
 
     if (status != PERP_OK)
@@ -265,37 +269,31 @@ static perp_status add_up(const perp_world *world, double energies[2], double p[
 
         if (!world->bodies[i].alive || !perp__is_dynamic(world, i))
             continue;
-        energies[0] += perp__kinetic_of(world, i, state, at_rest);
-        energies[1] -= mass * perp__dot3(world->settings.gravity, state->position);
+        sums[0] += perp__kinetic_of(world, i, state, at_rest);
+        sums[1] -= mass * perp__dot3(world->settings.gravity, state->position);
         spin_of(world, i, state, spin);
         perp__cross(orbit, state->position, state->velocity);
-        perp__add3(p, mass, state->velocity);
-        perp__add3(L, mass, orbit);
-        perp__add3(L, 1.0, spin);
+        perp__add3(sums + 2, mass, state->velocity);
+        perp__add3(sums + 5, mass, orbit);
+        perp__add3(sums + 5, 1.0, spin);
     }
+    if (kinetic)
+        *kinetic = sums[0];
+    if (potential)
+        *potential = sums[1];
+    if (p)
+        perp__copy3(p, sums + 2);
+    if (L)
+        perp__copy3(L, sums + 5);
     return perp__leave(world->context, PERP_OK);
 }
 
 perp_status perp_world_energy(const perp_world *world, double *kinetic, double *potential)
 {
-    double energies[2] = {0.0}, p[3] = {0.0}, L[3] = {0.0};
-    const perp_status status = add_up(world, energies, p, L);
-
-    if (status == PERP_OK && kinetic)
-        *kinetic = energies[0];
-    if (status == PERP_OK && potential)
-        *potential = energies[1];
-    return status;
+    return add_up(world, kinetic, potential, NULL, NULL);
 }
 
 perp_status perp_world_momentum(const perp_world *world, double *linear, double *angular)
 {
-    double energies[2] = {0.0}, p[3] = {0.0}, L[3] = {0.0};
-    const perp_status status = add_up(world, energies, p, L);
-
-    if (status == PERP_OK && linear)
-        perp__copy3(linear, p);
-    if (status == PERP_OK && angular)
-        perp__copy3(angular, L);
-    return status;
+    return add_up(world, NULL, NULL, linear, angular);
 }

@@ -1,5 +1,4 @@
-/* Mass properties of a dynamic body: what is given and what its shapes make, the inverse, and a
- * square root of the inverse. */
+/* Mass properties of a dynamic body, given or of its shapes, with the inverse and its root. */
 #include "world/world.h"
 
 #include <math.h>

@@ -182,8 +182,7 @@ int32_t perp__begins_standing(const perp_world *world, const perp__island *islan
 
 /* ---- the impulses of the last step ---- */
 
-/* Forces on a body: their sum, in the frame of the world, and the size of its terms, in the metric
- * of its mass. */
+/* The sum of a body's forces, in the world's frame, and the size of its terms, by its mass. */
 enum { FORCE = 0, MOMENT = 3, TERMS = 6, NUMBERS = 7 };
 
 static void press(const perp_world *world, const perp__world_contact *contact, const double *r,
@@ -219,9 +218,8 @@ void perp__find_force(const perp_world *world, const perp__carrying *carrying, i
     double carried[6], local[3], turned[3], change[3], momentum[3], gyroscopic[3];
 
     perp__carried_twist(world, carrying, body, t, carried);
-    /* The angular impulse that takes the body from the angular velocity `now` to the carried one in
-     * a time t, without contacts: not that of the free motion, which turns, and so has gyroscopic
-     * terms of its own. */
+    /* The angular impulse that takes the body from `now` to the carried angular velocity in a time
+     * t without contacts: the free motion turns, and so has gyroscopic terms of its own. */
     perp__subtract3(change, now + 3, carried + 3);
     perp__apply_transposed3(local, R, change);
     perp__apply3(turned, I, local);
@@ -261,9 +259,8 @@ static void lie(perp_world *world, const perp__island *island, const perp__carry
     }
 }
 
-/* What the impulses of the last step leave of the forces of a body beside the sizes of their terms:
- * of its own, and of what presses on its mass centre at least; the most of all bodies. INFINITY
- * where they are none of this step's. */
+/* What the last step's impulses leave of a body's forces beside the sizes of their terms, and what
+ * presses on its mass centre at least; the most of all. INFINITY: they are none of this step's. */
 static double last_unbalance(perp_world *world, const perp__island *island,
                              const perp__carrying *carrying, int32_t swept)
 {

@@ -5,19 +5,18 @@
  * explain is an impact: the island goes to the first one smoothly, as if those were not there; the
  * velocities jump by Moreau's law,
  *
- *   0 <= r_n  perp  u_n+ + e u_n- >= 0    at every contact that touches,   Coulomb's law of u_t+;
+ *   0 <= r_n  perp  u_n+ + e u_n- >= 0    of what touches what is hit,   Coulomb's law of u_t+;
  *
  * and the rest of the step begins there, in which all are hit alike. What presses without impact
  * has velocity -gap / t at the end of its interval, so that it ends touching; where all of it lasts
  * (its normal velocities are 0 at both ends) positions move with the mean of both velocities, which
  * is second order, else with the one at the end.
  *
- * An approach slower than a share of what the forces of the step make, |u_n| <= h |a_n| / (2 n)
- * with at most n impacts a step, is resting contact: bounces die out, and end at rest. Within a
- * pile forces make nothing of u_n, as all of it would fall alike. Where it lies on something a_n is
- * what they make of either body there; where it falls nothing ends a bounce but rounding. */
+ * An approach |u_n| <= h |a_n| / (2 n), with at most n impacts a step, is resting contact: bounces
+ * end at rest (docs/world.md). */
 #include "world/joints/joints.h"
 
+#include "base/groups.h"
 #include "linalg/matrix.h"
 #include "step/impact.h"
 
@@ -53,11 +52,9 @@ double perp__normal_terms(const perp_world *world, int32_t i, const double *x, i
 
 int32_t perp__lies_on_something(const perp_world *world, const perp__island *island)
 {
-    for (int32_t i = 0; i < world->work.count; i++)
-        for (int32_t side = 0; side < 2; side++)
-            if (world->work.rows[i].body[side] < 0 ||
-                world->work.rows[i].body[side] >= island->bodies)
-                return 1;
+    for (int32_t i = 0; i < 2 * world->work.count; i++)
+        if ((uint32_t)world->work.rows[i / 2].body[i % 2] >= (uint32_t)island->bodies)
+            return 1; /* -1: at rest */
     return 0;
 }
 
@@ -145,8 +142,7 @@ static void go(perp_world *world, const perp__island *island, double t, int32_t 
     work->gone += t;
 }
 
-/* Whether nothing that presses came to it in this interval, but for what velocities known to `tol`
- * leave of it; 0: solved exactly. */
+/* Whether nothing that presses came in this interval, by velocities known to tol; 0: exactly. */
 static int32_t lasts(const perp_world *world, const perp__island *island, double tol)
 {
     const perp__island_work *work = &world->work;
@@ -211,25 +207,22 @@ int32_t perp__gives_energy(const perp_world *world, const perp__island *island, 
     const int32_t n = world->dof;
     double sum = 0.0, size = 0.0; /* half of r'(u- + u+), and of its terms */
 
-    for (int32_t i = 0; i < units; i++)
-        for (int32_t side = 0; side < 2; side++) {
-            const perp__rigid_rows *rows = &work->rows[i];
-            const int32_t body = rows->body[side];
-            const int32_t is_motor =
-                i >= work->count && work->joint_units[i - work->count].slot == PERP__SLOT_MOTOR;
-            const double *ends = body < island->bodies ? work->v : work->now;
+    for (int32_t i = 0; i < 2 * units; i++) {
+        const perp__rigid_rows *rows = &work->rows[i / 2];
+        const int32_t body = rows->body[i % 2], k = i / 2 - work->count;
+        const double *ends = body < island->bodies ? work->v : work->now;
 
-            if (body < 0 || is_motor)
-                continue;
-            for (int32_t k = 0; k < rows->dim; k++)
-                for (int32_t j = 0; j < n; j++) {
-                    const double push = 0.5 * work->impulse[3 * i + k] * rows->rows[side][k][j];
-                    const double before = work->now[n * body + j], after = ends[n * body + j];
+        if (body < 0 || (k >= 0 && work->joint_units[k].slot == PERP__SLOT_MOTOR))
+            continue;
+        for (int32_t j = 0; j < n * rows->dim; j++) {
+            const double push =
+                0.5 * work->impulse[3 * (i / 2) + j / n] * rows->rows[i % 2][j / n][j % n];
+            const double before = work->now[n * body + j % n], after = ends[n * body + j % n];
 
-                    sum += push * (before + after);
-                    size += fabs(push) * (fabs(before) + fabs(after));
-                }
+            sum += push * (before + after);
+            size += fabs(push) * (fabs(before) + fabs(after));
         }
+    }
     return !(sum <= tol * size);
 }
 
@@ -332,8 +325,38 @@ int32_t perp__lessens(const perp_world *world, const perp__island *island, doubl
     return 1;
 }
 
-/* The jump of the velocities where contacts touch, or lack no more than the first one does, as
- * joints are known to lead there; gaps are known to tol, as velocities are. */
+/* work.hit := what a jump leaves out: contacts that lack more than the first one does, as joints
+ * are known to lead there, and gaps to tol; and those that touch apart from what is hit: mere
+ * rounding moves there, which the rest of the step stops. */
+static void leave_out(perp_world *world, const perp__island *island, double lacking)
+{
+    const double tol = perp__exact_tol(world) * world->step_length;
+    perp__island_work *work = &world->work;
+    int32_t *parent = world->parent, hit = -1;
+
+    for (int32_t i = 0; i < island->bodies; i++)
+        parent[work->members[i]] = work->members[i];
+    for (int32_t i = 0; i < island->contacts; i++) {
+        const int32_t *body = perp__step_flags(world, island, i)->body, is_hit = work->hit[i];
+        const int32_t one = body[!perp__is_dynamic(world, body[0])];
+
+        work->hit[i] =
+            work->gap[i] > lacking + tol * perp__normal_terms(world, i, work->now, island->bodies);
+        if (work->hit[i])
+            continue;
+        perp__join(parent, one, body[perp__is_dynamic(world, body[1])]);
+        perp__join(parent, one, is_hit && hit >= 0 ? hit : one);
+        hit = is_hit ? one : hit;
+    }
+    for (int32_t i = 0; i < island->contacts && island->joints == 0 && hit >= 0; i++) {
+        const int32_t *body = perp__step_flags(world, island, i)->body;
+
+        work->hit[i] |= perp__root_of(parent, body[!perp__is_dynamic(world, body[0])]) !=
+                        perp__root_of(parent, hit);
+    }
+}
+
+/* The jump of the velocities of what is hit. */
 static perp_status jump(perp_world *world, const perp__island *island, double lacking,
                         perp__verdict *verdict)
 {
@@ -341,10 +364,7 @@ static perp_status jump(perp_world *world, const perp__island *island, double la
     double share = 1.0;
     perp_status status;
 
-    for (int32_t i = 0; i < island->contacts; i++)
-        work->hit[i] =
-            work->gap[i] > lacking + perp__exact_tol(world) * world->step_length *
-                                         perp__normal_terms(world, i, work->now, island->bodies);
+    leave_out(world, island, lacking);
     perp__find_limits(world, island, 0.0);
     perp__place_joints(world, island, 0.0);
     perp__choose_rows(world, island, work->hit);
@@ -363,10 +383,10 @@ static perp_status jump(perp_world *world, const perp__island *island, double la
     return status;
 }
 
-/* Goes to the first impact and through it; *left is what remains then. *done is 1 where there is
- * none in this time, and all of it is gone smoothly: what velocities at the end of an interval
- * would close, its way need not. Where nothing stops what is hit, others may be that it kept off;
- * not so with joints, on whose arcs ends of ways do not tell what these pass. */
+/* Goes to the first impact and through it; *left is what remains then. *done: there is none in this
+ * time, as what velocities at its end close its way need not. Where nothing stops what is hit
+ * others may be that it kept off, without joints, on whose arcs ends of ways do not tell what these
+ * pass. */
 static perp_status go_to_impact(perp_world *world, const perp__island *island, double *left,
                                 double h, double slow, int32_t *done, perp__verdict *verdict)
 {
@@ -414,8 +434,7 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
     lacking = fmax(work->gap[which], 0.0);
     work->gap[which] = 0.0;
     *left -= t;
-    /* Inertia is that of the bodies as they are turned when they jump: angular momentum and energy
-     * are kept there. */
+    /* inertia as bodies are turned there, where angular momentum and energy are kept */
     for (i = 0; i < island->bodies; i++) {
         double R[9];
 
@@ -429,9 +448,8 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
     return status;
 }
 
-/* Impacts that are left over when their number is spent: the velocities after the step are those
- * of Moreau's law from the same beginning, at the contacts that touch in the end, and at those that
- * press as others are hit. */
+/* Impacts that are left over when their number is spent: the velocities after the step are Moreau's
+ * from the same beginning, where contacts touch in the end, or press as others are hit. */
 static perp_status end_on_impacts(perp_world *world, const perp__island *island, double left,
                                   perp__verdict *verdict)
 {

@@ -13,8 +13,7 @@ static int32_t joins(const perp__contact_set *set, int32_t i, int32_t pressing)
            (!pressing || flags->pushes || !perp__is_zero3(set->responses[i].impulse));
 }
 
-/* Numbers the islands and lists their bodies: roots come first in slot order, so a first pass
- * counts and a second one fills. */
+/* Numbers islands and lists their bodies; roots come first: one pass counts, the next fills. */
 static void order_bodies(perp_world *world)
 {
     int32_t count = 0, offset = 0;

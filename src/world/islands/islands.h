@@ -155,28 +155,24 @@ void perp__gather_bodies(perp_world *world, const perp__island *island);
 void perp__choose_rows(perp_world *world, const perp__island *island, const int8_t *leaves_out);
 /* along.c: arms of a contact with this gap go to one point, the gap aside, where bodies are now. */
 void perp__meet_now(const perp_world *world, perp__world_contact *contact, double gap);
-/* along.c: the rows of work.count, of a contact, along its interval; and adds to the biases of all
- * what they change by. */
+/* along.c: a contact's rows along its interval; and adds what they change by to all biases. */
 void perp__turn_contact(perp_world *world, const perp__island *island,
                         const perp__world_contact *contact);
 void perp__turn_contacts(perp_world *world);
-/* What row k of unit i makes of velocities x of the island's bodies, and of what moves as it is
- * told where `carried`. */
+/* What row k of unit i makes of velocities x, and where `carried` of what moves as it is told. */
 double perp__row_velocity(const perp_world *world, int32_t i, int32_t k, const double *x,
                           int32_t bodies, int32_t carried);
 /* The problem of the chosen rows with work.free, and where its answer goes. */
 void perp__pose_island(perp_world *world, const perp__island *island, perp__rigid_problem *problem);
 void perp__receive(perp_world *world, perp__rigid_answer *answer);
-/* The impulse of the chosen contact i along the axes of the step's beginning: beside joints its
- * rows have turned since. */
+/* The chosen contact's impulse along the axes of the step's beginning: rows turn with joints. */
 void perp__tell_contact(const perp_world *world, const perp__island *island, int32_t i,
                         double *impulse);
 /* Adds the impulses of the answer, and takes its modes. */
 void perp__take_answer(perp_world *world, const perp__island *island);
 /* The twists of the island's bodies, from work.moving and work.now. */
 void perp__write_twists(perp_world *world, const perp__island *island);
-/* Relative velocities of the contacts solved, after the step. What a contact holds is exact: its
- * bias and no more. */
+/* Relative velocities of solved contacts after the step; what holds has exactly its bias. */
 void perp__write_velocities(perp_world *world, const perp__island *island);
 
 /* exact.c */
@@ -266,8 +262,7 @@ typedef struct perp__carrying {
 int32_t perp__find_carrying(const perp_world *world, const perp__island *island, int32_t moving,
                             perp__carrying *carrying);
 int32_t perp__moves_with(const perp_world *world, const perp__carrying *carrying, int32_t body);
-/* Its velocity: as who moves with it sees it, what carries does no work. Returns 0 where it turns
- * or there is none. */
+/* Its velocity: seen from there it does no work. Returns 0 where it turns or there is none. */
 int32_t perp__find_frame(const perp_world *world, const perp__island *island, double *frame);
 /* The twist that a body of the island has at a time t of the step if it keeps that motion; before
  * it, t < 0, if it had it in the last one. */

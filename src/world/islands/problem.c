@@ -357,8 +357,7 @@ void perp__write_twists(perp_world *world, const perp__island *island)
 }
 
 /* t1 is the x axis brought into the tangent plane, or the y axis where the normal is close to x;
- * t2 = n x t1. Planar: t1 is the normal turned by +90 degrees. The normal (0,0,1) has t1 = x and
- * t2 = y. */
+ * t2 = n x t1: x and y for the normal (0,0,1). Planar: t1 is the normal turned by +90 degrees. */
 void perp__contact_frame(const perp_world *world, perp__world_contact *contact)
 {
     const double *n = contact->axes[0];

@@ -1,9 +1,7 @@
-/* The question whether an island stands, put to contact/statics: anew, or to what of the forces
- * changed since it was decided. */
+/* The question whether an island stands, put to contact/statics anew, or of changed forces. */
 #include "world/joints/joints.h"
 
-/* Products of a factorisation up to which it is asked whether an island stands: some .4 s, for a
- * heap in space of about 1500 bodies. */
+/* Products of a factorisation up to which this is asked: some .4 s, a heap of 1500 bodies. */
 #define MOST_PRODUCTS 2e9
 
 void perp__standing_release(perp__standing *standing)
@@ -197,9 +195,8 @@ static void mix(uint64_t *key, const void *data, size_t bytes)
     memcpy(key, words, sizeof words);
 }
 
-/* Of the contacts' keys, and of what was decided of them. Returns 0 where nothing was, or of other
- * contacts: a point that pressed is open, one that only a motion brings about came, or sweeps take
- * out what is deep. */
+/* Of the contacts' keys, and what was decided of them. Returns 0 where nothing was, or of others:
+ * what pressed is open, what only a motion brings about came, or sweeps take out what is deep. */
 static int32_t find_key(const perp_world *world, const perp__island *island, int32_t swept,
                         uint64_t *key)
 {
@@ -434,8 +431,7 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
     return PERP_OK;
 }
 
-/* Whether to stop bodies, work.v -> work.still, makes unit i close, or a joint part, faster than
- * what forces explain. */
+/* Whether work.v -> work.still closes unit i, or parts a joint, faster than forces explain. */
 static int32_t is_strained(const perp_world *world, const perp__island *island, int32_t i)
 {
     const perp__island_work *work = &world->work;
@@ -481,8 +477,7 @@ static int32_t part(perp_world *world, const perp__island *island, int32_t slowl
     return may;
 }
 
-/* A key of the rows at hand, and of what was decided of their contacts. Returns 0 where nothing
- * was, or joints take part. */
+/* A key of the rows at hand, and of what was decided; 0 where nothing was, or joints take part. */
 static int32_t find_posed_key(const perp_world *world, const perp__island *island, uint64_t *key)
 {
     const perp__island_work *work = &world->work;
