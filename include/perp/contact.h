@@ -404,8 +404,8 @@ typedef struct perp_contact_step {
 PERP_API perp_status perp_contact_source_init(perp_contact_source *source, size_t size);
 PERP_API perp_status perp_contact_step_init(perp_contact_step *step, size_t size);
 
-/* Arranges the rows that step.source has now: those that move anything. What lasts keeps its
- * impulse in step.start; others begin at 0. J is dense, row by row.
+/* Arranges the rows that step.source has now: those that move anything, of tangents in dimension 3.
+ * What lasts keeps its impulse in step.start; others begin at 0. J is dense, row by row.
  *
  * Returns: PERP_OK, _ARGUMENT for an array that is missing or a place that cannot be, _MEMORY,
  * _ABI, _HANDLE or _BUSY; then step, laws and dynamics are as they were. Out:     step: counts,

@@ -258,16 +258,19 @@ static perp_status run(perp_contact_solver *solver, const plan_step *step)
     return status;
 }
 
-/* Contacts without friction and planar ones: their polyhedra are the cones themselves. */
-static int32_t is_polyhedral(const perp_contact_solver *solver)
+/* Of how many tangents friction of contacts is, at most. Up to 1 polyhedra are the cones. */
+static int32_t most_tangents(const perp_contact_solver *solver)
 {
-    int32_t is = 1;
+    int32_t most = 0;
 
-    for (int32_t k = 0; k < solver->contacts && is; k++)
-        is = solver->two_sided[k] <= 1 &&
-             (solver->dims[k] - perp__contact_normals(&solver->problem, k) != 2 ||
-              (solver->mu[k] == 0.0 && !solver->has_discs));
-    return is;
+    for (int32_t k = 0; k < solver->contacts; k++) {
+        const int32_t rubs = (solver->mu[k] != 0.0 || solver->has_discs) &&
+                             !perp__contact_is_bound(&solver->problem, k);
+        const int32_t tangents = solver->dims[k] - perp__contact_normals(&solver->problem, k);
+
+        most = solver->two_sided[k] > 1 ? 2 : rubs && tangents > most ? tangents : most;
+    }
+    return most;
 }
 
 /* Whether auto begins with the sets of small problems. */
@@ -283,7 +286,7 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
     const int32_t chosen =
         solver->settings.cone > 0 ? PERP_CONTACT_METHOD_LEMKE : solver->settings.method;
     const int32_t all = chosen == PERP_CONTACT_METHOD_AUTO;
-    const int32_t once = all && is_polyhedral(solver);
+    const int32_t tangents = most_tangents(solver), once = all && tangents < 2;
     /* whether sets were in vain: more sweeps than they began with seldom end sooner than others */
     const int32_t followed =
         solver->call->r0 && tries_sets(solver) && perp__contact_polish_suits(solver);
@@ -294,10 +297,10 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
         steps[0] = (plan_step){chosen, FROM_BEST, 0, 0, 0};
         return 1;
     }
-    /* 2. What sweeps do not solve pivoting does soonest where it is exact and W is there. */
+    /* 2. What sweeps do not solve pivoting does soonest without friction, which makes it larger. */
     if (all && !followed)
         steps[count++] = (plan_step){PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS, 0, 1};
-    if (once && solver->problem.W)
+    if (once && tangents == 0 && solver->problem.W)
         steps[count++] = (plan_step){PERP_CONTACT_METHOD_LEMKE, FROM_BEST, FIRST_PIVOTS, 0, 1};
     if (all)
         steps[count++] = (plan_step){PERP_CONTACT_METHOD_PROXIMAL, FROM_BEST, 0, 0, 2};
@@ -341,8 +344,8 @@ static perp_status try_start(perp_contact_solver *solver)
     if (rounds > 0 &&
         (status != PERP_OK || !perp__contact_polish_suits(solver) || perp__contact_is_near(solver)))
         rounds = 0;
-    if (rounds > 0 && solver->call->r0 && is_polyhedral(solver))
-        rounds = 1; /* what pivoting solves exactly needs no sweeps before */
+    if (rounds > 0 && solver->call->r0 && most_tangents(solver) == 0)
+        rounds = 1; /* what pivoting solves soonest needs no sweeps before */
     for (int32_t round = solver->call->r0 ? 0 : 1; round < rounds && status == PERP_OK; round++) {
         if (round > 0)
             status = fit(solver, sweep);
@@ -416,7 +419,7 @@ static perp_status search(perp_contact_solver *solver)
         /* what moves as it is told may leave no answer; in the plane Lemke's path is exact */
         if (k >= BRIEF &&
             (is_enough(solver) || (solver->folds && solver->rigid && solver->rigid->carriers > 0 &&
-                                   !is_polyhedral(solver))))
+                                   most_tangents(solver) > 1)))
             break;
         if (!pivoted && k + 1 < count) /* what fits closer to an answer, where there was none */
             continue;

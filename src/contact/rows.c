@@ -9,15 +9,16 @@
 PERP__INIT(perp_contact_source)
 
 enum { CONTACTS, EQUATIONS, FRICTIONS, LIMITS, ALL_ROWS };
-enum { SLOTS = 6, NAME = 3 };
+enum { SLOTS = 6, NAME = 3, NONE = 0, BY_FIRST = 2, BY_SECOND = 5 };
 
-/* Of a contact of so many dimensions: its rows here, as places among the simulator's. Slots are
- * normal, tangents, rolling, spin. */
+/* Of a contact of such a shape: its rows here, as places among the simulator's. Slots are normal,
+ * tangents, rolling, spin. Shapes are the simulator's dimensions, none, and where one of two
+ * tangents moves nothing the other one. */
 static const int32_t row_of[7][SLOTS] = {{-1, -1, -1, -1, -1, -1}, {0, -1, -1, -1, -1, -1},
-                                         {-1, -1, -1, -1, -1, -1}, {0, 1, 2, -1, -1, -1},
-                                         {0, 1, 2, -1, -1, 3},     {-1, -1, -1, -1, -1, -1},
+                                         {0, 1, -1, -1, -1, -1},   {0, 1, 2, -1, -1, -1},
+                                         {0, 1, 2, -1, -1, 3},     {0, -1, 2, -1, -1, -1},
                                          {0, 1, 2, 4, 5, 3}};
-static const int32_t rows_of[7] = {0, 1, 0, 3, 4, 0, 6};
+static const int32_t rows_of[7] = {0, 1, 2, 3, 4, 2, 6};
 
 typedef struct touch {
     int32_t geoms[2], row, dim;
@@ -41,14 +42,19 @@ static int32_t moves(const perp_contact_step *s, int32_t row)
     return perp__largest_or_nan(*s->J + (size_t)row * (size_t)s->n, s->n) != 0.0;
 }
 
-/* A normal that is noise (as to the equilibration) beside its tangents moves nothing. */
-static int32_t contact_moves(const perp_contact_step *s, const touch *t)
+/* A row that is noise (as to the equilibration) beside its contact's others moves nothing: then
+ * friction along it is none, unless a surface moves that way. */
+static int32_t shape_of(const perp_contact_step *s, const touch *t)
 {
+    static const int32_t shapes[8] = {NONE, 1, NONE, BY_FIRST, NONE, BY_SECOND, NONE, 3};
     const double *at = *s->J + (ptrdiff_t)t->row * s->n;
-    const int32_t all = (t->dim < 3 ? 1 : 3) * s->n;
+    const int32_t rows = t->row < 0 ? 0 : t->dim < 3 ? 1 : 3;
+    const double least = 0x1p-40 * perp__largest_or_nan(at, rows * s->n);
+    int32_t there = 0;
 
-    return t->row >= 0 &&
-           !(perp__largest_or_nan(at, s->n) <= 0x1p-40 * perp__largest_or_nan(at, all));
+    for (int32_t i = 0; i < rows; i++, at += s->n)
+        there |= !(perp__largest_or_nan(at, s->n) <= least) << i;
+    return t->dim == 3 && s->source->surface_at == 0 ? shapes[there] : there % 2 ? t->dim : NONE;
 }
 
 int32_t perp__contact_rows_last(const perp_contact_solver *solver, const perp_contact_step *s)
@@ -76,7 +82,7 @@ int32_t perp__contact_rows_last(const perp_contact_solver *solver, const perp_co
         if (t.geoms[0] != seen[0] || t.geoms[1] != seen[1] || t.row != seen[2] ||
             t.dim != seen[3] ||
             memcmp(t.friction, list->frictions + 5 * (size_t)k, sizeof t.friction) != 0 ||
-            contact_moves(s, &t) != list->moves[list->counts[EQUATIONS] + k])
+            shape_of(s, &t) != list->moves[list->counts[EQUATIONS] + k])
             return 0;
     }
     return 1;
@@ -143,7 +149,8 @@ static double scale_of(const touch *t, int32_t slot)
 
 static perp_status check_contact(perp_context *context, int32_t k, const touch *t, int32_t rows)
 {
-    if (t->dim < 0 || t->dim > 6 || rows_of[t->dim] == 0 || t->row > rows - rows_of[t->dim])
+    if (!(t->dim == 1 || t->dim == 3 || t->dim == 4 || t->dim == 6) ||
+        t->row > rows - rows_of[t->dim])
         return perp__refuse(context, "source: contact %d has dimension %d and row %d", (int)k,
                             (int)t->dim, (int)t->row);
     for (int32_t slot = 2; slot <= 4; slot += 2) {
@@ -173,11 +180,12 @@ static perp_status count(perp_context *context, const perp_contact_step *s,
         const touch t = read_contact(source, k);
         const perp_status status =
             t.row < 0 ? PERP_OK : check_contact(context, k, &t, counts[ALL_ROWS]);
+        const int32_t shape = status == PERP_OK ? shape_of(s, &t) : NONE;
 
         if (status != PERP_OK)
             return status;
-        if (contact_moves(s, &t))
-            list->contacts++, list->gaps++, rows += rows_of[t.dim];
+        if (shape != NONE)
+            list->contacts++, list->gaps++, rows += rows_of[shape];
     }
     if (rows + list->bilateral > INT32_MAX / ((int64_t)s->n + 4))
         return perp__refuse(context, "source: so many rows have more than 2^31 numbers");
@@ -201,28 +209,28 @@ static void take_contacts(perp__contact_rows *list, const perp_contact_step *s, 
 
     for (int32_t k = 0; k < list->counts[CONTACTS]; k++) {
         const touch t = read_contact(s->source, k);
-        const int32_t there = contact_moves(s, &t);
+        const int32_t shape = shape_of(s, &t);
 
         memcpy(list->places + 4 * (size_t)k, (int32_t[]){t.geoms[0], t.geoms[1], t.row, t.dim},
                4 * sizeof *list->places);
         memcpy(list->frictions + 5 * (size_t)k, t.friction, sizeof t.friction);
-        list->moves[list->counts[EQUATIONS] + k] = there;
-        if (!there)
+        list->moves[list->counts[EQUATIONS] + k] = shape;
+        if (shape == NONE)
             continue;
         name_item(list, c, t.geoms[0], t.geoms[1]);
         list->record[c] = k;
         list->first[c] = list->gap_rows[c] = *row;
-        list->kept[c] = t.dim;
-        list->dims[c] = t.dim == 1 ? 1 : 3;
-        list->mu[c] = t.dim >= 3 ? t.friction[0] : 0.0;
+        list->kept[c] = shape;
+        list->dims[c] = rows_of[shape] < 3 ? rows_of[shape] : 3;
+        list->mu[c] = shape > 1 ? t.friction[0] : 0.0;
         list->spinning[c] = t.dim >= 4 ? t.friction[2] : 0.0;
         list->rolling[c] = t.dim == 6 ? t.friction[3] : 0.0;
         list->gap_sources[c++] = t.row;
         for (int32_t slot = 0; slot < SLOTS; slot++)
-            if (row_of[t.dim][slot] >= 0) {
+            if (row_of[shape][slot] >= 0) {
                 list->scale[*row] = scale_of(&t, slot);
                 list->is_scaled |= list->scale[*row] != 1.0;
-                list->H_rows[(*row)++] = t.row + row_of[t.dim][slot];
+                list->H_rows[(*row)++] = t.row + row_of[shape][slot];
             }
     }
     list->first[c] = *row;

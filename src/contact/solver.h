@@ -116,12 +116,12 @@ typedef struct perp__contact_rows {
     double *mu, *rolling, *spinning, *lower, *upper, *scale;
     double *zeros, *start; /* w, b, H, G, r and u; start, and behind it that of openings */
     int32_t *names; /* 3 of each contact, then row with bounds: the same as long as it lasts */
-    int32_t *kept, *record; /* contacts: the simulator's dimension, and which it is of its own */
+    int32_t *kept, *record; /* contacts: the shape (rows.c), and which it is of the simulator's */
     int32_t *places;        /* of the simulator's contacts: geoms, row, dimension; */
     double *frictions;      /* coefficients */
     int32_t *ids;           /* of rows with bounds, */
     double *bounds;         /* and of dry friction */
-    int32_t *moves;       /* equations, the simulator's contacts: whether row or normal is not 0 */
+    int32_t *moves;       /* equations: whether a row is not 0; the simulator's contacts: shapes */
     perp_matrix views[2]; /* H, G */
 } perp__contact_rows;
 

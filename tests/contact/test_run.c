@@ -252,6 +252,39 @@ static void test_a_normal_of_rounding_bears_nothing(void **state)
     assert_int_equal(sim->step.contacts, 2);
 }
 
+/* One on a rail along y, its first tangent of rounding: two rows, and friction along y alone. */
+static void test_tangents_of_rounding_do_not_rub(void **state)
+{
+    simulator *sim = *state;
+
+    look(NULL, sim);
+    sim->J[N] = 1e-17;
+    sim->velocity[0] = 3.0, sim->velocity[1] = 1.0;
+    assert_int_equal(arrange(sim), PERP_OK);
+    assert_int_equal(sim->step.rows, 5);
+    assert_int_equal(sim->laws.dims[0], 2);
+    assert_int_equal(sim->step.H_rows[1], 2);
+    assert_int_equal(
+        perp_contact_solver_step(sim->solver, &sim->step, &sim->result, &sim->laws, &sim->dynamics),
+        PERP_OK);
+    assert_true(sim->v[0] == 3.0 && sim->row_force[1] == 0.0);
+    near(sim->v[1], 1.0 - MU * G * H_STEP, CLOSE);
+    near(sim->row_force[2], -MU * G, CLOSE);
+    sim->J[N] = 1e-9; /* what comes begins at 0, the other tangent has its impulse */
+    assert_int_equal(arrange(sim), PERP_OK);
+    assert_int_equal(sim->step.rows, 6);
+    assert_true(sim->step.start[1] == 0.0 && sim->step.start[2] < 0.0);
+    sim->J[2 * N + 1] = 0.0;
+    assert_int_equal(arrange(sim), PERP_OK);
+    assert_int_equal(sim->step.H_rows[1], 1);
+    sim->J[N] = 0.0;
+    assert_int_equal(arrange(sim), PERP_OK);
+    assert_int_equal(sim->laws.dims[0], 1);
+    sim->source.surface_at = (int32_t)offsetof(record, surface); /* friction against what moves */
+    assert_int_equal(arrange(sim), PERP_OK);
+    assert_int_equal(sim->step.rows, 6);
+}
+
 static void test_dry_friction_has_bounds(void **state)
 {
     simulator *sim = *state;
@@ -490,7 +523,7 @@ static void test_too_many_numbers_are_refused(void **state)
     look(NULL, sim);
     for (int32_t k = 0; k < MANY; k++)
         many[k] = sim->records[0], many[k].row = 0;
-    J[0] = 1.0;
+    J[0] = J[WIDE] = J[2 * WIDE] = 1.0;
     sim->at_records = many, sim->at_J = J;
     sim->counts[0] = MANY, sim->counts[4] = 3, sim->step.n = WIDE;
     assert_int_equal(arrange(sim), PERP_ERROR_ARGUMENT);
@@ -547,6 +580,7 @@ int main(void)
         TEST(test_a_mass_slides_to_rest_while_another_falls),
         TEST(test_what_lasts_keeps_its_impulse),
         TEST(test_a_normal_of_rounding_bears_nothing),
+        TEST(test_tangents_of_rounding_do_not_rub),
         TEST(test_dry_friction_has_bounds),
         TEST(test_a_mass_bounces),
         TEST(test_surfaces_move),

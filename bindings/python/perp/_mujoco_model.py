@@ -53,6 +53,12 @@ class _Lent:
         options.integrator = _TAKEN.get(options.integrator, options.integrator)
         self.theirs = self.taken.raw
 
+    def give_back(self) -> None:
+        with self.lock:
+            self.users -= 1
+            if not self.users:
+                self.taken.raw = self.own
+
 
 class Borrowed:
     """A model's cone and Jacobian are as perp stores rows, implicitfast is taken for implicit, and
@@ -77,11 +83,7 @@ class Borrowed:
             lent.users += 1
 
     def __exit__(self, *_: Any) -> None:
-        lent = self.lent
-        with lent.lock:
-            lent.users -= 1
-            if not lent.users:
-                lent.taken.raw = lent.own
+        self.lent.give_back()
 
 
 def turns(model: Any) -> Any:

@@ -34,7 +34,7 @@ from ._structures import sized
 Array = NDArray[np.float64]
 
 _SOLVE, _MOVE = CONSTANTS["PERP_CONTACT_PHASE_SOLVE"], CONSTANTS["PERP_CONTACT_PHASE_MOVE"]
-_OTHER, _LOOK = CONSTANTS["PERP_CONTACT_WAIT_OTHER"], CONSTANTS["PERP_CONTACT_WAIT_LOOK"]
+_DONE, _OTHER = CONSTANTS["PERP_CONTACT_WAIT_DONE"], CONSTANTS["PERP_CONTACT_WAIT_OTHER"]
 _NEARLY = 1e-6  # of what drives a step: slower may be at rest
 _SLOW = 100.0  # times tol: slower slips may be held
 _AGAIN = "mj_fwdPosition", "mj_fwdVelocity", "mj_fwdActuation", "mj_fwdAcceleration"
@@ -97,7 +97,8 @@ class Runner:
         stepper.bind(data)
         self._stepper, self._data = stepper, data
         self._run, self._begun = sized(ContactRun), False
-        self._fit, self._room = b"", data.narena // 2
+        self._fit: Optional[bytes] = None
+        self._room = data.narena // 2
         self._lent, self._callbacks = stepper.borrowed.lent, _callbacks()
         self._kept: list[Any] = []
         run, model = self._run, stepper.model
@@ -192,26 +193,29 @@ class Runner:
         if not self._begun and phase == 0:  # what MuJoCo refuses, it refuses here
             stepper.gather(data)
             self._begun = True
-        self._make()
+        if steps:
+            self._make()
         run.steps, run.input_count, run.output_count = 1, 0, 0
 
-    def _make(self) -> None:
-        """Those that are left."""
+    def _make(self) -> Solved:
+        """Those that are left, of which there is one. Returns how the last one ended."""
         run, stepper, data = self._run, self._stepper, self._data
         solver = stepper.solver
-        while run.done < run.steps:
+        while True:
             if not stepper.dense and stepper.touching is None:
                 solver.watch_nothing()
             try:
-                how = solver.run(run)
+                how: Solved = solver.run(run)
             except ValueError:
                 if run.phase != _SOLVE:
                     raise
                 self._moved(stepper.solve(data), run)
                 continue
+            if run.wait == _DONE:
+                return how
             if run.wait == _OTHER:
                 stepper.arrange(data)
-            elif run.wait == _LOOK:
+            else:
                 solver.patience = run.patience + 1
                 self._moved(how, run)
 
@@ -225,21 +229,32 @@ class Runner:
 
     def fit(self) -> None:
         """can() says so, of the model's options as they are."""
-        self._fit = self._lent.mine
+        self._fit = self._lent.theirs
 
     def one(self, data: Any) -> Optional[Solved]:
-        """The next step, where can() says so for it, too: nothing is new but data's state."""
+        """The next step, where can() says so for it, too: nothing is new but data's state. Not
+        within Borrowed: what that does is done here, as each call costs a small robot's step a part
+        of its time."""
+        lent, run = self._lent, self._run
         if (
             data is not self._data
-            or self._lent.mine != self._fit
             or data.maxuse_arena > self._room
             or self._callbacks.cells.raw != self._callbacks.none
         ):
             return None
-        self._run.done = self._run.phase = 0
-        self._make()
-        how: Solved = self._stepper.solver.how
-        return how
+        with lent.lock:
+            if lent.theirs is not self._fit:
+                return None
+            if not lent.users:
+                if lent.cells.raw != lent.mine:
+                    return None
+                lent.taken.raw = lent.theirs
+            lent.users += 1
+        try:
+            run.done = run.phase = 0
+            return self._make()
+        finally:
+            lent.give_back()
 
     @property
     def unsolved(self) -> int:

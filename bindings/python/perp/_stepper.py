@@ -55,7 +55,7 @@ class Solved(NamedTuple):
 # How a problem ended, in its result: all at once, as each field costs as much.
 _END, _END_AT = Struct("iiqd"), CResult.outcome.offset
 _ENDS = {code: (word, code in GOOD_OUTCOMES) for code, word in OUTCOMES.items()}
-_solved = partial(tuple.__new__, Solved)
+_make = tuple.__new__
 
 
 class Laws(NamedTuple):
@@ -136,6 +136,7 @@ class RowSolver(Handle):
         self._dynamics.n, self._laws.dim = n, 3
         self._dynamics.M, self._dynamics.H = pointer(M), pointer(H)
         self.numbers, self.result = sized(ContactStep), sized(CResult)
+        self._end = memoryview(self.result).cast("B")[_END_AT : _END_AT + _END.size]  # type: ignore
         structs = self.numbers, self.result, self._laws, self._dynamics
         self._by_reference = tuple(byref(x) for x in structs)
         self._f, self.v, self.acceleration, self.force, self._shift = np.zeros((5, n))
@@ -374,8 +375,9 @@ class RowSolver(Handle):
         self.watch([(addressof(self._nothing[0]), 0, 8)], [self._nothing[1]])
 
     def _ended(self) -> Solved:
-        outcome, method, iterations, residual = _END.unpack_from(self.result, _END_AT)
-        return _solved((*_ENDS[outcome], residual, iterations, CONTACT_METHODS[method]))
+        outcome, method, iterations, residual = _END.unpack(self._end)
+        word, ok = _ENDS[outcome]
+        return _make(Solved, (word, ok, residual, iterations, CONTACT_METHODS[method]))
 
     def _hand_back(self) -> None:
         self._call(library.perp_contact_solver_hand_back, self._by_reference[0])

@@ -178,10 +178,10 @@ class Stepper:
     def step(self, data: Any) -> Solved:
         """Advances data by the model's timestep, and says how its problem ended. Where that is not
         ok, the best impulses found are used all the same."""
+        how = self._runner.one(data) if self._runner else None
+        if how is not None:
+            return how
         with self.borrowed:
-            how = self._runner.one(data) if self._runner else None
-            if how is not None:
-                return how
             if not Runner.can(self, data):
                 return self._step(data)
             self._run(data, 1).fit()

@@ -87,30 +87,19 @@ PERP__MULTIVERSION(product_tile,
                     double *out),
                    (first, n, width, X, Z, out))
 {
-    perp__lanes a0 = PERP__SAME_LANES(0.0), a1 = a0, a2 = a0, a3 = a0;
-    perp__lanes b0 = a0, b1 = a0, b2 = a0, b3 = a0;
+    perp__lanes a[ROWS], b[ROWS];
 
+    for (int k = 0; k < ROWS; k++)
+        a[k] = b[k] = PERP__SAME_LANES(0.0);
     for (size_t i = first; i < n; i++) {
         const double *x = X + i * width, *z = Z + i * width;
-        const perp__lanes a = PERP__CONST_LANES_AT(z), b = PERP__CONST_LANES_AT(z + 4);
+        const perp__lanes left = PERP__CONST_LANES_AT(z), right = PERP__CONST_LANES_AT(z + 4);
 
-        a0 += PERP__SAME_LANES(x[0]) * a;
-        b0 += PERP__SAME_LANES(x[0]) * b;
-        a1 += PERP__SAME_LANES(x[1]) * a;
-        b1 += PERP__SAME_LANES(x[1]) * b;
-        a2 += PERP__SAME_LANES(x[2]) * a;
-        b2 += PERP__SAME_LANES(x[2]) * b;
-        a3 += PERP__SAME_LANES(x[3]) * a;
-        b3 += PERP__SAME_LANES(x[3]) * b;
+        for (int k = 0; k < ROWS; k++)
+            a[k] += PERP__SAME_LANES(x[k]) * left, b[k] += PERP__SAME_LANES(x[k]) * right;
     }
-    PERP__LANES_AT(out) = a0;
-    PERP__LANES_AT(out + 4) = b0;
-    PERP__LANES_AT(out + 8) = a1;
-    PERP__LANES_AT(out + 12) = b1;
-    PERP__LANES_AT(out + 16) = a2;
-    PERP__LANES_AT(out + 20) = b2;
-    PERP__LANES_AT(out + 24) = a3;
-    PERP__LANES_AT(out + 28) = b3;
+    for (int k = 0; k < ROWS; k++)
+        PERP__LANES_AT(out + TILE * k) = a[k], PERP__LANES_AT(out + TILE * k + 4) = b[k];
 }
 
 void perp__half_product(int32_t n, int32_t size, const double *Y, const int32_t *firsts, double *W)
