@@ -425,7 +425,6 @@ static perp_status search(perp_contact_solver *solver)
         if (k >= 0 && steps[k].method == PERP_CONTACT_METHOD_LEMKE && steps[k].limit == 0)
             pivoted = solver->said == PERP_OUTCOME_SOLVED;
         if (status == PERP_OK && k == ray_after && solver->proves && !ends_the_search(solver) &&
-            perp__contact_may_be_infeasible(solver) &&
             !(limit > 0 && solver->said == PERP_OUTCOME_ITERATION_LIMIT))
             status = perp__contact_find_ray(solver);
     }

@@ -303,9 +303,6 @@ perp_status perp__contact_delassus(perp_contact_solver *solver, int32_t *made);
  * has_ray and certificate are set: ray.c. PERP_OK, _MEMORY, _CALLBACK or _NOT_FINITE. */
 perp_status perp__contact_find_ray(perp_contact_solver *solver);
 
-/* Whether such a proof can exist: some contact is to open, or some joint to move: ray.c. */
-int32_t perp__contact_may_be_infeasible(perp_contact_solver *solver);
-
 /* Checks the direction in solver->ray and scales it; sets has_ray and certificate: ray.c. */
 void perp__contact_keep_ray(perp_contact_solver *solver, const double *direction);
 
@@ -338,9 +335,5 @@ void perp__rigid_bias(const perp_contact_solver *solver, double *u);
  * more than a carrier. */
 void perp__rigid_beside(const perp_contact_solver *solver, const int8_t *holds, int32_t *beside,
                         int8_t *pushed);
-
-/* u of all rows after held.c has written v: exactly 0 where they hold, bias between bodies that
- * move as one, else from v. */
-void perp__rigid_held_velocities(const perp_contact_solver *solver, const double *v, double *u);
 
 #endif

@@ -70,9 +70,9 @@ static int32_t annihilates(perp_contact_solver *solver, const double *y)
     return 1;
 }
 
-/* y is paired with what the caller gave, or H M^-1 f + w: since H'y = 0 the load f is of no
- * account. */
-int32_t perp__contact_may_be_infeasible(perp_contact_solver *solver)
+/* Whether there can be a proof: some contact is to open, or some joint to move. y is paired with
+ * what the caller gave, or H M^-1 f + w: since H'y = 0 the load f is of no account. */
+static int32_t may_be_infeasible(perp_contact_solver *solver)
 {
     const double *given = solver->scale;
     int32_t may = 0;
@@ -267,7 +267,7 @@ perp_status perp__contact_find_ray(perp_contact_solver *solver)
     space->n = solver->size - solver->rows;
     for (int32_t k = 0; k < solver->contacts; k++)
         space->n += perp__contact_normals(&solver->problem, k);
-    if (space->n > MOST)
+    if (space->n > MOST || !may_be_infeasible(solver))
         return PERP_OK;
     status = perp__contact_delassus(solver, &made);
     if (status != PERP_OK || !made)
