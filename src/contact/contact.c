@@ -297,10 +297,10 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
         steps[0] = (plan_step){chosen, FROM_BEST, 0, 0, 0};
         return 1;
     }
-    /* 2. What sweeps do not solve pivoting does soonest without friction, which makes it larger. */
+    /* 2. What sweeps do not solve pivoting does soonest in the plane, in steps without friction. */
     if (all && !followed)
         steps[count++] = (plan_step){PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS, 0, 1};
-    if (once && tangents == 0 && solver->problem.W)
+    if (once && tangents + solver->steps < 2 && solver->problem.W)
         steps[count++] = (plan_step){PERP_CONTACT_METHOD_LEMKE, FROM_BEST, FIRST_PIVOTS, 0, 1};
     if (all)
         steps[count++] = (plan_step){PERP_CONTACT_METHOD_PROXIMAL, FROM_BEST, 0, 0, 2};
@@ -344,7 +344,7 @@ static perp_status try_start(perp_contact_solver *solver)
     if (rounds > 0 &&
         (status != PERP_OK || !perp__contact_polish_suits(solver) || perp__contact_is_near(solver)))
         rounds = 0;
-    if (rounds > 0 && solver->call->r0 && most_tangents(solver) == 0)
+    if (rounds > 0 && solver->call->r0 && most_tangents(solver) + solver->steps < 2)
         rounds = 1; /* what pivoting solves soonest needs no sweeps before */
     for (int32_t round = solver->call->r0 ? 0 : 1; round < rounds && status == PERP_OK; round++) {
         if (round > 0)
