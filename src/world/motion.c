@@ -102,22 +102,17 @@ void perp__euler_step(const perp__body *body, double h, const double *w, const d
     double change[3], size = -1.0, previous = INFINITY;
 
     perp__apply3(change, body->inverse_inertia, torque);
-    perp__copy3(w_next, w);
-    perp__add3(w_next, h, change);
+    perp__along3(w_next, w, h, change);
     if (body->spherical || (perp__is_zero3(w) && perp__is_zero3(torque)))
         return;
     for (int32_t k = 0; k < DBL_MANT_DIG; k++) { /* what halves comes to rounding */
         size = newton_step(body->inertia, h, w, torque, w_next);
-        if (!(size >= 0.0) || (size <= PERP__SUM_ROUNDING && size >= 0.5 * previous))
+        if (!(size > 0.0) || (size <= PERP__SUM_ROUNDING && size >= 0.5 * previous))
             break; /* singular, not a number, or down to rounding */
-        if (size == 0.0)
-            break;
         previous = size;
     }
-    if (!(size >= 0.0 && size <= PERP__SUM_ROUNDING)) {
-        perp__copy3(w_next, w);
-        perp__add3(w_next, h, change);
-    }
+    if (!(size >= 0.0 && size <= PERP__SUM_ROUNDING))
+        perp__along3(w_next, w, h, change);
 }
 
 /* v_f = v + h (gravity + force / m); of a ball also w_f. */

@@ -31,9 +31,7 @@ int32_t perp__find_carrying(const perp_world *world, const perp__island *island,
 {
     const int32_t flags = 2 * (island->contacts + island->joints);
 
-    carrying->motion = PERP__CARRIED_AT_REST;
-    carrying->body = -1;
-    carrying->parts = 0;
+    *carrying = (perp__carrying){PERP__CARRIED_AT_REST, -1, 0};
     for (int32_t k = 0; k < flags && carrying->body < 0; k++) {
         const int32_t body = perp__tied_body(world, island, k);
 
@@ -161,11 +159,10 @@ int32_t perp__begins_standing(const perp_world *world, const perp__island *islan
     for (int32_t moving = 1; moving >= 0; moving--) {
         if (!perp__find_carrying(world, island, moving, carrying))
             continue;
-        if (begins_with(world, island, carrying, slowly, 0.0))
-            return 1;
-        /* what is static had no other motion in the last step */
-        if (carrying->body >= 0 && world->bodies[carrying->body].kind == PERP_BODY_KINEMATIC &&
-            begins_with(world, island, carrying, slowly, -1.0))
+        if (begins_with(world, island, carrying, slowly, 0.0) ||
+            /* what is static had no other motion in the last step */
+            (carrying->body >= 0 && world->bodies[carrying->body].kind == PERP_BODY_KINEMATIC &&
+             begins_with(world, island, carrying, slowly, -1.0)))
             return 1;
     }
     carrying->motion = PERP__CARRIED_ON;

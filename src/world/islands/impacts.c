@@ -488,10 +488,8 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
     /* 1. Nothing has moved yet. */
     perp__gather_bodies(world, island);
     for (int32_t i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, i);
-
         memset(perp__step_response(world, island, i)->impulse, 0, 3 * sizeof(double));
-        work->gap[i] = perp__open_gap(contact, contact->gap);
+        work->gap[i] = perp__left_gap(world, perp__step_contact(world, island, i));
     }
     /* 2. From impact to impact, to the interval in which nothing is hit. */
     do {

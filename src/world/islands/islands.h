@@ -141,6 +141,7 @@ void perp__write_factor(const perp_world *world, int32_t body, const double *R, 
 /* What is not told apart from 0 is 0. */
 double perp__open_gap(const perp__world_contact *contact, double gap);
 double perp__closed_gap(const perp_world *world, const perp__world_contact *contact);
+double perp__left_gap(const perp_world *world, const perp__world_contact *contact);
 /* The number of what a row is on: a body of the island, one that moves as told, or what rests. */
 int32_t perp__number_of(perp_world *world, const perp__island *island, int32_t body);
 /* |C^-1 v| of a body: half its square is the kinetic energy. */

@@ -137,11 +137,9 @@ static perp_status bounce(perp_world *world, const perp__island *island, perp__r
 
 void perp__close_gaps(perp_world *world, const perp__island *island, double h)
 {
-    for (int32_t i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, i);
-
-        world->work.rows[i].bias[0] = fmax(perp__open_gap(contact, contact->gap), 0.0) / h;
-    }
+    for (int32_t i = 0; i < island->contacts; i++)
+        world->work.rows[i].bias[0] =
+            perp__left_gap(world, perp__step_contact(world, island, i)) / h;
 }
 
 /* The rows of the island, joints where its trial motion takes them, and what forces make of it. */
@@ -183,7 +181,7 @@ void perp__pose_sweep(perp_world *world, const perp__island *island, double h,
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
-        work->gap[i] = contact->gap > contact->rounding ? contact->gap : fmin(contact->gap, 0.0);
+        work->gap[i] = fmin(contact->gap, perp__left_gap(world, contact));
         work->guard[i] = PERP__NEAR * contact->size;
         work->rows[i].bias[0] = 0.0;
     }
