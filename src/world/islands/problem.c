@@ -76,11 +76,12 @@ double perp__closed_gap(const perp_world *world, const perp__world_contact *cont
     return fmax(contact->rounding, perp__swept_tol(world) * perp__deep_overlap(contact));
 }
 
-/* What is left to close of a gap: what stands on it, and so stays where it is, is there. */
+/* What is left to close of a gap: none where bodies stand on it. A bounce begins when it closes. */
 double perp__left_gap(const perp_world *world, const perp__world_contact *contact)
 {
-    const double none =
-        contact->start == 0.0 ? perp__closed_gap(world, contact) : contact->rounding;
+    const double none = contact->start == 0.0 && contact->restitution == 0.0
+                            ? perp__closed_gap(world, contact)
+                            : contact->rounding;
 
     return contact->gap > none ? contact->gap : 0.0;
 }
