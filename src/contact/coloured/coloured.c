@@ -55,11 +55,10 @@ static void run_pieces(job *at, int32_t first, int32_t end, perp_task piece)
             piece(i, at);
 }
 
-/* Of one problem, or those that are side by side. */
+/* Of the bodies: of one problem, or of those that are side by side. */
 static int32_t count_pieces(const perp__coloured *c)
 {
-    return c->parts > 1 ? c->parts
-                        : c->bodies / PERP__PIECE_BODIES + (c->bodies % PERP__PIECE_BODIES != 0);
+    return c->parts > 1 ? c->parts : (c->bodies + PERP__PIECE_BODIES - 1) / PERP__PIECE_BODIES;
 }
 
 static perp__coloured_part *part_of(const perp__coloured *c, int32_t piece)
@@ -74,16 +73,7 @@ static int32_t first_body(const perp__coloured *c, int32_t piece)
 
 static int32_t end_body(const perp__coloured *c, int32_t piece)
 {
-    return c->parts > 1 ? c->part[piece].end_body
-           : c->bodies - piece * PERP__PIECE_BODIES < PERP__PIECE_BODIES
-               ? c->bodies
-               : (piece + 1) * PERP__PIECE_BODIES;
-}
-
-/* For all bodies: those of a piece. */
-static void run_over_bodies(job *at, perp_task piece)
-{
-    run_pieces(at, 0, count_pieces(at->c), piece);
+    return piece + 1 < count_pieces(c) ? first_body(c, piece + 1) : c->bodies;
 }
 
 static void sweep_piece(int32_t i, void *data)
@@ -113,22 +103,25 @@ static void run_pass(job *at, int32_t what, double *y)
 
 /* How much of the way from `before`, where the pass began, to y led back from where the last one
  * went; and y, moved on. `numbers` of each body's eight are used. */
-PERP__KERNEL static double weigh_numbers(const perp__coloured *c, size_t i, size_t end,
-                                         size_t numbers)
+PERP__KERNEL static double weigh_numbers(const perp__coloured *c, int32_t piece, size_t numbers)
 {
+    const size_t end = 8 * (size_t)end_body(c, piece);
     double back[8] = {0.0};
 
-    for (; i < end; i += 8)
+    for (size_t i = 8 * (size_t)first_body(c, piece); i < end; i += 8)
         for (size_t l = 0; l < numbers; l++)
             back[l] += (c->before[i + l] - c->y[i + l]) * (c->y[i + l] - c->moved[i + l]);
     return ((back[0] + back[4]) + (back[2] + back[6])) +
            ((back[1] + back[5]) + (back[3] + back[7]));
 }
 
-PERP__KERNEL static void move_numbers(const perp__coloured *c, size_t i, size_t end, double beta,
-                                      size_t numbers)
+PERP__KERNEL static void move_numbers(const perp__coloured *c, int32_t piece, size_t numbers)
 {
-    for (; i < end; i += 8) {
+    const perp__coloured_part *part = part_of(c, piece);
+    const size_t end = part->ended ? 0 : 8 * (size_t)end_body(c, piece);
+    const double beta = part->momentum;
+
+    for (size_t i = 8 * (size_t)first_body(c, piece); i < end; i += 8) {
         for (size_t l = 0; l < numbers; l++) {
             const double now = c->y[i + l];
 
@@ -142,24 +135,18 @@ PERP__KERNEL static void move_numbers(const perp__coloured *c, size_t i, size_t 
 PERP__MULTIVERSION(weigh_way, (int32_t piece, void *data), (piece, data))
 {
     const perp__coloured *c = ((const job *)data)->c;
-    const size_t first = 8 * (size_t)first_body(c, piece), end = 8 * (size_t)end_body(c, piece);
 
-    c->back[piece] =
-        c->width == 3 ? weigh_numbers(c, first, end, 4) : weigh_numbers(c, first, end, 8);
+    c->back[piece] = c->width == 3 ? weigh_numbers(c, piece, 4) : weigh_numbers(c, piece, 8);
 }
 
 PERP__MULTIVERSION(go_on, (int32_t piece, void *data), (piece, data))
 {
     const perp__coloured *c = ((const job *)data)->c;
-    const size_t first = 8 * (size_t)first_body(c, piece), end = 8 * (size_t)end_body(c, piece);
-    const perp__coloured_part *part = part_of(c, piece);
 
-    if (part->ended)
-        return;
     if (c->width == 3)
-        move_numbers(c, first, end, part->momentum, 4);
+        move_numbers(c, piece, 4);
     else
-        move_numbers(c, first, end, part->momentum, 8);
+        move_numbers(c, piece, 8);
 }
 
 /* ---- passes ---- */
@@ -254,7 +241,7 @@ static void keep_momentum(job *at)
 {
     perp__coloured *c = at->c;
 
-    run_over_bodies(at, weigh_way);
+    run_pieces(at, 0, count_pieces(c), weigh_way);
     for (int32_t k = 0; k < c->parts; k++) {
         perp__coloured_part *part = &c->part[k];
         const int32_t end = c->parts > 1 ? k + 1 : count_pieces(c);
@@ -267,7 +254,7 @@ static void keep_momentum(job *at)
         part->momentum = fmin((part->theta - 1.0) / next, MOMENTUM);
         part->theta = next;
     }
-    run_over_bodies(at, go_on);
+    run_pieces(at, 0, count_pieces(c), go_on);
 }
 
 /* Ends the parts that are at their last pass, or all; returns how many go on. What ended stays in
@@ -320,7 +307,7 @@ static void run_passes(job *at)
 
     /* 1. The impulses that are known, and what they make of the free velocities. */
     run_pieces(at, 0, c->colour_first[c->colour_count], fill_piece);
-    run_over_bodies(at, start_bodies);
+    run_pieces(at, 0, count_pieces(c), start_bodies);
     memset(c->y + 8 * c->bodies, 0, size - 8 * (size_t)c->bodies * sizeof *c->y);
     memset(c->free + 8 * c->bodies, 0, size - 8 * (size_t)c->bodies * sizeof *c->y);
     if (c->part->problem->warm) {
@@ -361,12 +348,11 @@ static void clear_penetration(job *at)
             perp__lane_point *point = &c->point[c->place[k] / PERP__GROUP];
             const int32_t l = c->place[k] % PERP__GROUP;
             const double guard = point->guard[l], lack = -(point->gap[l] + guard);
+            const int32_t sinks = step->clear > 0 && lack > 0.0;
 
-            point->shift[l] = point->bias[l] = 0.0;
-            if (step->clear == 0 || !(lack > 0.0))
-                continue;
-            point->bias[l] = -perp__cleared(lack, guard) / step->h;
-            deep++;
+            point->shift[l] = 0.0;
+            point->bias[l] = sinks ? -perp__cleared(lack, guard) / step->h : 0.0;
+            deep += sinks;
         }
     }
     if (deep == 0)
@@ -434,7 +420,7 @@ perp_status perp__coloured_parts(perp__coloured *c, perp__coloured_part *parts, 
     run_passes(&at);
     if (parts->step->gap)
         clear_penetration(&at);
-    run_over_bodies(&at, write_velocities);
+    run_pieces(&at, 0, count_pieces(c), write_velocities);
     if (is_shared(c))
         perp__tasks_close(c->tasks);
     return PERP_OK;

@@ -56,7 +56,7 @@ static int32_t rank(const perp__coloured *c, int32_t pair)
 static void order_pairs(perp__coloured *c, int32_t pairs, int32_t *starts)
 {
     memset(c->colours, 0, (size_t)c->bodies * sizeof *c->colours);
-    memset(starts, 0, (KEYS + 2) * sizeof *starts);
+    memset(starts, 0, (KEYS + 3) * sizeof *starts);
     for (int32_t i = 0; i < pairs; i++) {
         const int32_t *body = c->pair_body + 2 * i;
         uint64_t taken = 0;
@@ -71,15 +71,12 @@ static void order_pairs(perp__coloured *c, int32_t pairs, int32_t *starts)
             if (body[side] >= 0)
                 c->colours[body[side]] |= UINT64_C(1) << found;
         c->pair_key[i] = ~taken == 0 ? KEYS : RANKS * found + rank(c, i);
-        starts[c->pair_key[i] + 1]++;
+        starts[c->pair_key[i] + 2]++;
     }
     for (int32_t i = 0; i <= KEYS; i++)
-        starts[i + 1] += starts[i];
+        starts[i + 2] += starts[i + 1];
     for (int32_t i = 0; i < pairs; i++)
-        c->pair_order[starts[c->pair_key[i]]++] = i;
-    for (int32_t i = KEYS; i > 0; i--)
-        starts[i] = starts[i - 1];
-    starts[0] = 0;
+        c->pair_order[starts[c->pair_key[i] + 1]++] = i;
 }
 
 /* Groups of what is ordered, colour by colour, with what has none last; with room for them, writes
@@ -181,8 +178,7 @@ void perp__coloured_fill(perp__coloured *c, int32_t first, int32_t end)
 
         for (int32_t k = 0; k < group->points; k++) {
             memset(&p[k], 0, sizeof *p);
-            for (int32_t l = 0; l < PERP__GROUP; l++)
-                p[k].contact[l] = -1;
+            memset(p[k].contact, -1, sizeof p[k].contact);
         }
         for (int32_t l = 0; l < group->pairs; l++)
             fill_pair(c, group, l);
@@ -216,7 +212,7 @@ static int32_t pair_contacts(perp__coloured *c, int32_t number, int32_t pairs)
 
 perp_status perp__coloured_pack(perp__coloured *c)
 {
-    int32_t starts[KEYS + 2], contacts = 0, pairs = 0, size;
+    int32_t starts[KEYS + 3], contacts = 0, pairs = 0, size;
     perp_status status;
 
     c->width = c->part->problem->width;
