@@ -118,10 +118,10 @@ PERP__KERNEL static double weigh_numbers(const perp__coloured *c, int32_t piece,
 PERP__KERNEL static void move_numbers(const perp__coloured *c, int32_t piece, size_t numbers)
 {
     const perp__coloured_part *part = part_of(c, piece);
-    const size_t end = 8 * (size_t)end_body(c, piece);
+    const size_t end = part->ended ? 0 : 8 * (size_t)end_body(c, piece);
     const double beta = part->momentum;
 
-    for (size_t i = 8 * (size_t)first_body(c, piece); i < end && !part->ended; i += 8) {
+    for (size_t i = 8 * (size_t)first_body(c, piece); i < end; i += 8) {
         for (size_t l = 0; l < numbers; l++) {
             const double now = c->y[i + l];
 

@@ -34,15 +34,15 @@ enum { PERP__GROUP = 8, PERP__PAIR_POINTS = 4, PERP__COLOURS = 64, PERP__COLOURE
 typedef struct perp__lane_point {
     double P[36][PERP__GROUP]; /* normal, tangent 1, 2; six numbers of A and six of B each */
     double r[3][PERP__GROUP];
-    double last[3][PERP__GROUP]; /* r of the pass before */
-    double w[3][PERP__GROUP];    /* velocities that impulses do not change */
-    double gap[PERP__GROUP], guard[PERP__GROUP];
+    double last[3][PERP__GROUP];         /* r of the pass before */
+    double w[3][PERP__GROUP];            /* velocities that impulses do not change */
     double bias[PERP__GROUP];            /* of the normal row, as it is swept */
     double inverse_normal[PERP__GROUP];  /* 1 / W_nn */
     double inverse_tangent[PERP__GROUP]; /* 1 / L */
     double across[2][PERP__GROUP];       /* W_nt */
     double mu[PERP__GROUP];
-    double shift[PERP__GROUP]; /* normal pushes of the pass over positions */
+    double gap[PERP__GROUP], guard[PERP__GROUP]; /* from here on no sweep reads anything */
+    double shift[PERP__GROUP];                   /* normal pushes of the pass over positions */
     int32_t contact[PERP__GROUP], unused[PERP__GROUP]; /* whole cache lines, as rows are read */
 } perp__lane_point;
 

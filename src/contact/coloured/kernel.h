@@ -192,22 +192,22 @@ TARGET static inline void NAME(visit_normal)(perp__lane_point *p, int32_t width,
     NAME(push)(P, width, subtract(n, old), A, B);
 }
 
-/* Asks memory for the points of a group, and for their bodies. */
-TARGET static inline void NAME(ask)(const perp__coloured *c, const perp__lane_group *group,
-                                    const double *y)
+/* Asks memory for what a sweep reads of a group. A kernel, as calls without effect are left out. */
+TARGET PERP__KERNEL static void NAME(ask)(const perp__coloured *c, const perp__lane_group *group,
+                                          const double *y)
 {
-    const perp__lane_point *p = &c->point[group->first];
-
     for (int32_t l = 0; l < PERP__GROUP; l++) {
         prefetch(y + 8 * (size_t)group->a[l]);
         prefetch(y + 8 * (size_t)group->b[l]);
     }
-    for (const char *at = (const char *)p; at < (const char *)(p + group->points); at += 64)
-        prefetch(at);
+    for (int32_t k = 0; k < group->points; k++)
+        for (size_t at = 0; at < offsetof(perp__lane_point, gap); at += 64)
+            prefetch((const char *)&c->point[group->first + k] + at);
 }
 
-/* One of the three for each contact, with y; `width` is known where this is compiled. What is large
- * is not near the processor: it is asked for so many groups before as a pair has points. */
+/* One of the three for each contact, with y; `width` is known where this is compiled. 2 MB of
+ * points are not near the processor: they are asked for so many groups before as a pair has points.
+ */
 TARGET PERP__KERNEL static void NAME(pass_of_width)(perp__coloured *c, int32_t width, int32_t what,
                                                     double *y, int32_t first, int32_t end)
 {
@@ -216,7 +216,8 @@ TARGET PERP__KERNEL static void NAME(pass_of_width)(perp__coloured *c, int32_t w
 
         if (group->rests && what == PERP__COLOURED_SWEEP)
             continue;
-        if (width > 3 && c->is_large && what == PERP__COLOURED_SWEEP && g + PERP__PAIR_POINTS < end)
+        if (width > 3 && what == PERP__COLOURED_SWEEP &&
+            c->points > PERP__COLOURED_PIECES * PERP__GROUP && g + PERP__PAIR_POINTS < end)
             NAME(ask)(c, group + PERP__PAIR_POINTS, y);
         for (int32_t at = 0; at < group->pairs; at += LANES) {
             lanes A[8], B[8], momentum;
