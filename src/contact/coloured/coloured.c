@@ -236,7 +236,7 @@ static void read_impulses(const perp__coloured *c, const perp__coloured_part *pa
 }
 
 /* y goes on in the direction that it took, as r will when it is swept next; or both stay where that
- * led back. Then the next pass begins there. */
+ * led back, or a round did more than the first, as in loops of friction. There the next begins. */
 static void keep_momentum(job *at)
 {
     perp__coloured *c = at->c;
@@ -251,8 +251,9 @@ static void keep_momentum(job *at)
             back += c->back[i];
         if (back > 0.0)
             next = part->theta = 1.0;
-        part->momentum = fmin((part->theta - 1.0) / next, MOMENTUM);
+        part->momentum = part->plain ? 0.0 : fmin((part->theta - 1.0) / next, MOMENTUM);
         part->theta = next;
+        part->way -= back;
     }
     run_pieces(at, 0, count_pieces(c), go_on);
 }
@@ -284,6 +285,10 @@ static int32_t end_parts(perp__coloured *c, int32_t passes, int32_t all)
         part->ended = part->ends || (part->answer->tested <= part->problem->tol &&
                                      part->sinks <= PERP__CLEARED_SHARE);
         left += !part->ended;
+        part->plain |= part->way > part->first_way;
+        if (passes == part->step->passes)
+            part->first_way = part->way;
+        part->way = 0.0;
         if (!part->ended)
             continue;
         part->answer->iterations = passes;
@@ -405,11 +410,11 @@ perp_status perp__coloured_parts(perp__coloured *c, perp__coloured_part *parts, 
     c->part = parts;
     c->parts = count;
     for (int32_t k = 0; k < count; k++) {
-        parts[k].ended = 0;
+        parts[k].ended = parts[k].plain = 0;
         parts[k].worst = -1;
-        parts[k].drive = INFINITY;
+        parts[k].drive = parts[k].first_way = INFINITY;
         parts[k].theta = 1.0;
-        parts[k].momentum = 0.0;
+        parts[k].momentum = parts[k].way = 0.0;
     }
     status = perp__coloured_pack(c);
     PERP__THEN(status, perp__joint_block_set_up(&c->joints, c->context, parts->problem));

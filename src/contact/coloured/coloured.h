@@ -122,8 +122,10 @@ typedef struct perp__coloured_part {
     const perp__passes *step;
     int32_t first_body, end_body, first_contact, end_contact; /* these are the passes' own */
     int32_t ends, ended;    /* with this round, whatever it came to; with one */
+    int32_t plain;          /* a round grew: without momentum from there on */
     int32_t worst;          /* the group that told last that it goes on; -1: none did */
     double theta, momentum; /* the share of its last way by which r goes on before it is swept */
+    double way, first_way;  /* what the passes of a round change, in y'y; those of the first one */
     double drive, residual, sinks; /* how far a contact sinks in the step, in guards, at most */
 } perp__coloured_part;
 perp_status perp__coloured_parts(perp__coloured *c, perp__coloured_part *parts, int32_t count);

@@ -3,9 +3,8 @@
  *   1. points that touch, or that the motions at hand may close, and joints, make the islands;
  *   2. each is solved, once, by the way that suits it;
  *   3. what its motion makes meet joins in, and islands to which something came are solved anew, as
- *      often as the level looks; then only for what would go deep. What exact methods are to follow
- *      after sweeps, at level `exact` all of it, is swept as long as something comes, and only then
- *      solved: what meets by a sketch needs no rounding.
+ *      often as the level looks; then only for what would go deep. What exact methods are to
+ * follow, at level `exact` all of it, is swept as long as something comes, and only then solved.
  *
  * Over an interval of length t from velocities v, with forces that would lead to v_f,
  *
@@ -24,8 +23,7 @@ int32_t perp__goes_freely(const perp_world *world, int32_t body)
     return memcmp(motion->after, motion->free, sizeof motion->after) == 0;
 }
 
-/* Whether something closes if nothing acts: by the end of the step, or by its velocities then, and
- * on the arcs of bodies that go so already. */
+/* Whether something closes if nothing acts: by the end of the step, or its velocities, on arcs. */
 static int32_t closes(perp_world *world, const perp__island *island, double h)
 {
     for (int32_t i = 0; i < island->contacts; i++) {
@@ -94,8 +92,7 @@ perp_status perp__keep_sweep(perp_world *world, const perp__island *island, doub
 }
 
 /* The path of an island: what stands stays, and what nothing closes goes freely; few rows are
- * solved exactly, or where sweeps come to no answer, or nearly to rest; the others are swept, where
- * that is what they wait for with others. */
+ * solved exactly, or where sweeps come to no answer, or nearly to rest; others are swept. */
 static perp_status solve_island(perp_world *world, int32_t number, double h, perp__verdict *verdict,
                                 int32_t *waits)
 {
@@ -169,6 +166,7 @@ void perp__conclude_one(perp_world *world, int32_t number, double h, perp__verdi
                         perp_status status, int32_t *last)
 {
     const perp__island *island = &world->islands[number];
+    const perp__level *level = perp__level_of(world);
     const int32_t no_projection = verdict->swept && !perp__has_put(world, island);
 
     if (verdict->stands && verdict->rides && verdict->impacts == 0)
@@ -188,11 +186,11 @@ void perp__conclude_one(perp_world *world, int32_t number, double h, perp__verdi
     for (int32_t k = 0; k < island->bodies; k++) {
         const double *w = perp__island_motion(world, island, k)->moving + 3;
         perp__role *role = &world->roles[world->body_order[island->first_body + k]];
+        const int32_t far = 0.5 * h * h * perp__dot3(w, w) > fmax(level->deep, PERP__NEAR);
 
         perp__island_motion(world, island, k)->verdict = *verdict;
-        role->swept = (int8_t)no_projection;
-        role->far |= island->joints > 0 &&
-                     0.5 * h * h * perp__dot3(w, w) > fmax(perp__level_of(world)->deep, PERP__NEAR);
+        role->swept = (int8_t)(no_projection && !(far && level->sweeps_few));
+        role->far |= far && island->joints > 0;
     }
     if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
         *last = number;

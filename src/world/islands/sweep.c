@@ -8,21 +8,17 @@
 /* The heaviest body of an island over its lightest from which on sweeps get nowhere. */
 #define LARGE_RATIO 1e3
 
-/* Bodies that are solved exactly at once. */
-#define FEW_BODIES 2
+#define FEW_BODIES 2 /* that are solved exactly at once */
 
 /* The overlap of what is at rest that is not left as it is, in those that are. */
 #define TOO_DEEP 2.0
 
-/* Passes that take overlap away. */
-#define CLEAR 2
+#define CLEAR 2 /* passes that take overlap away */
 
-/* Passes for each of settings.substeps. */
-#define PASSES_OF_A_SUBSTEP 4
+#define PASSES_OF_A_SUBSTEP 4 /* passes for each of settings.substeps */
 
-/* Rounds of passes at most. What a pass does goes on to the next body only, and is little where a
- * light one bears heavy ones: with momentum n passes take a ratio of n^2 or so, from one body to
- * the next. */
+/* Rounds of passes at most. From one body to the next, which is as far as a pass goes, n of them
+ * with momentum take a ratio of masses of n^2 or so, where a light one bears heavy ones. */
 #define ROUNDS 6
 
 /* What moves heavily over what moves lightly: a mass, or where turns count the inertia about some
@@ -93,8 +89,7 @@ static int32_t has_impacts(const perp_world *world, const perp__island *island)
 }
 
 /* Velocities after the impacts, by Moreau's law from the same beginning; what moves the positions
- * stays. What presses only when others are hit is hit as well, as the next ball of a chain is: it
- * is looked for as often as the level looks at what the motion makes meet. */
+ * stays. What presses only when others are hit is hit too, if the level's looks find it. */
 static perp_status bounce(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
                           const perp__rigid_problem *problem, const perp__passes *step)
 {
