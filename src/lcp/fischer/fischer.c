@@ -79,6 +79,7 @@ static perp_status begin(perp__newton *f)
 static perp_status step(perp__newton *f, void *user)
 {
     perp__fischer_state *s = user;
+    const perp__sparse_block *block = s->common.problem->block;
     perp_status moved = 0;
 
     perp__newton_follow_path(f);
@@ -87,9 +88,9 @@ static perp_status step(perp__newton *f, void *user)
         if (moved == 0 && f->least > DBL_EPSILON)
             perp__newton_smooth(f, f->least *= PERP__FISCHER_SHARE);
     }
-    if (moved == 0)
+    if (moved == 0 && !block->late) /* else another factorisation is too late as well */
         moved = perp__newton_by_direction(f);
-    return moved != 0 ? moved : perp__newton_descend(f);
+    return moved != 0 || block->late ? moved : perp__newton_descend(f);
 }
 
 static perp_status solve(void *object, perp__lcp_iterate *iterate)
