@@ -34,6 +34,45 @@ def obstacle(side: int) -> tuple[sparse.csc_matrix, Vector]:
     return laplace, laplace @ height
 
 
+def grid_problem(side: int, space: int, plate: bool = False, flow: float = 0.0) -> tuple[Any, Vector]:
+    """Differences on a square or a cube, squared for a plate, with a flow along the last axis; q is
+    random."""
+    T = sparse.diags([-np.ones(side - 1), 2 * np.ones(side), -np.ones(side - 1)], [-1, 0, 1])
+    M, eye = T, sparse.identity(side)
+    for _ in range(space - 1):
+        M = sparse.kron(M, eye) + sparse.kron(sparse.identity(M.shape[0]), T)
+    n = M.shape[0]
+    M = M @ M if plate else M
+    M = M + flow * sparse.diags([np.ones(n - 1), -np.ones(n - 1)], [1, -1])
+    return _canonical(M), np.random.default_rng(1).uniform(-1, 1, n)
+
+
+def _canonical(M: Any) -> sparse.csc_matrix:
+    M = sparse.csc_matrix(M)
+    M.eliminate_zeros()
+    M.sort_indices()
+    return M
+
+
+def _scattered(n: int, entries: int, random: Any) -> sparse.csc_matrix:
+    rows, columns = random.integers(0, n, (2, entries))
+    return sparse.csc_matrix((random.uniform(0, 1, entries), (rows, columns)), shape=(n, n))
+
+
+def skew(n: int) -> tuple[sparse.csc_matrix, Vector]:
+    """I + R - R', five entries a row of R at random."""
+    random = np.random.default_rng(1)
+    R = _scattered(n, 5 * n, random)
+    return _canonical(R - R.T + sparse.identity(n)), random.uniform(-1, 1, n)
+
+
+def program(m: int) -> tuple[sparse.csc_matrix, Vector]:
+    """[I -A'; A 0], two entries a row of A at random."""
+    random = np.random.default_rng(2)
+    A = _scattered(m, 2 * m, random)
+    return _canonical(sparse.bmat([[sparse.identity(m), -A.T], [A, None]])), random.uniform(-1, 1, 2 * m)
+
+
 def residual(M: Any, q: Vector, z: Vector) -> float:
     """max |min(z, Mz+q)| / max |q| of any code's z; a z that is not finite has none."""
     value = np.max(np.abs(np.minimum(z, M @ z + q))) / np.max(np.abs(q))

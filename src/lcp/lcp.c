@@ -11,6 +11,7 @@
 #include "base/outcome.h"
 #include "lcp/all/all.h"
 #include "lcp/solver.h"
+#include "linalg/lanes/loops.h"
 
 /* ---- the points that a solve meets, and the best of them ---- */
 
@@ -152,6 +153,24 @@ int32_t perp__lcp_has_time(perp__lcp_control *control, double residuals)
         return 1;
     control->late = 1;
     return 0;
+}
+
+void perp__lcp_sweep(const perp__lcp_problem *p, double *z, double *w)
+{
+    for (int32_t j = 0; j < p->n; j++) {
+        const double before = z[j];
+        const perp__line column = perp__line_of(p->M, j);
+        double diagonal = perp__entry(p->M, j, j), step;
+
+        if (!(diagonal > 0.0))
+            diagonal = p->row_norms[j] > 0.0 ? p->row_norms[j] : 1.0;
+        z[j] = perp__clamp(before - w[j] / diagonal, p->lower[j], p->upper[j]);
+        step = before - z[j];
+        if (step != 0.0 && !p->M->column_starts)
+            perp__loops_gemv_subtract(p->n, 1, column.values, p->n, &step, 1, w);
+        for (int32_t i = 0; i < column.count && step != 0.0 && p->M->column_starts; i++)
+            w[column.indices[i]] -= step * column.values[i];
+    }
 }
 
 /* ---- the search ---- */
@@ -415,6 +434,9 @@ static int32_t keep_time(perp_lcp_solver *solver)
 
     if (solver->deadline == 0.0 || begun > solver->deadline)
         return solver->deadline == 0.0;
+    if (begun + RESIDUALS * (begun - solver->deadline + solver->settings.time_limit) >
+        solver->deadline)
+        return 0; /* scaling takes as long as a residual */
     for (int32_t i = 0; i < solver->n; i++)
         solver->z[i] = 1.0;
     perp__multiply_doubled(&solver->wide, solver->z, solver->q, solver->w_high, solver->w_low);

@@ -15,6 +15,9 @@
 #include "linalg/matrix.h"
 #include "linalg/sparse_block.h"
 
+/* Dense problems up to this size are kept by columns, each of this length. */
+#define PERP__SMALL_LENGTH 32
+
 /* The default limit of iterations that take factors. */
 #define PERP__ITERATIONS 500
 
@@ -126,12 +129,6 @@ perp_outcome perp__lcp_tick(perp__lcp_control *control, int64_t iterations, doub
  * begun. */
 int32_t perp__lcp_has_time(perp__lcp_control *control, double residuals);
 
-/* The same for products of dense blocks: one takes .08 to .55 of an entry in a residual. */
-static inline int32_t perp__lcp_may_multiply(perp__lcp_control *control, double products, double n)
-{
-    return perp__lcp_has_time(control, 0.25 * products / (n * n));
-}
-
 /* Checks M, which has to be square, and the bounds; fills *copy. */
 perp_status perp__lcp_problem_read(perp_context *context, perp__matrix *copy, const perp_matrix *M,
                                    const double *lower, const double *upper);
@@ -143,6 +140,9 @@ static inline void perp__lcp_affine(const perp__lcp_problem *problem, const doub
     for (int32_t i = 0; i < problem->n; i++)
         w[i] += problem->q[i];
 }
+
+/* A sweep of projected Gauss-Seidel by columns, which keeps w = M z + q up to date. */
+void perp__lcp_sweep(const perp__lcp_problem *problem, double *z, double *w);
 
 /* A bound that is finite, the lower one first, or 0. */
 static inline double perp__finite_bound(double lower, double upper)

@@ -61,32 +61,27 @@ int32_t perp__make_plan(const perp_lcp_solver *solver, perp__plan_step *steps)
     const perp__sparse_block *block = &solver->block;
     const int32_t is_sparse = solver->S.column_starts != NULL;
     const int32_t sweeps = block->has_positive_diagonal;
+    const int32_t path = !is_sparse || solver->n <= PERP__LARGEST_PATH;
     int32_t count;
 
     if (solver->settings.method != PERP_LCP_AUTO)
         return add(steps, 0, solver->settings.method);
     count = sweeps ? add_sweeps_first(solver, steps) : 0;
-    if (is_sparse) {
-        /* Active sets first where the signs promise that they settle. Pivoting before Newton's
-         * method on matrices without a positive diagonal, as friction makes them: there Newton's
-         * equations are near singular, and fill in. Else Newton's method first where a dense
-         * tableau would be large beside the sparse matrix. */
-        const int32_t path = solver->n <= PERP__LARGEST_PATH;
-
-        if (block->kind != PERP__SPARSE_GENERAL || block->is_nearly_z || block->has_z_signs)
-            count = add(steps, count, PERP_LCP_ACTIVE_SET);
-        else if (sweeps)
-            /* Their index set may settle long before their residual tells: as long as one of the
-             * factorisations takes that come next. */
-            steps[count++] = (perp__plan_step){.method = PERP_LCP_PGS, .share = 0.5, .as_lu = 1};
-        if (path && !block->has_positive_diagonal)
-            count = add(steps, count, PERP_LCP_LEMKE);
-        count = add(steps, count, PERP_LCP_FISCHER);
-        if (path && block->has_positive_diagonal)
-            count = add(steps, count, PERP_LCP_LEMKE);
-    } else { /* Lemke is exact and processes any M */
+    /* 1. Active sets first where the signs promise that they settle. Else the index set of sweeps
+     * may settle long before their residual tells: as long as one of the factorisations takes that
+     * come next. */
+    if (is_sparse &&
+        (block->kind != PERP__SPARSE_GENERAL || block->is_nearly_z || block->has_z_signs))
+        count = add(steps, count, PERP_LCP_ACTIVE_SET);
+    else if (is_sparse && sweeps)
+        steps[count++] = (perp__plan_step){.method = PERP_LCP_PGS, .share = 0.5, .as_lu = 1};
+    /* 2. Lemke is exact and processes any M. Newton's method comes before it where a dense tableau
+     * would be large beside the sparse matrix; but without a positive diagonal, as friction makes
+     * matrices, Newton's equations are near singular, and fill in. */
+    if (path && !(is_sparse && sweeps))
         count = add(steps, count, PERP_LCP_LEMKE);
-        count = add(steps, count, PERP_LCP_FISCHER);
-    }
+    count = add(steps, count, PERP_LCP_FISCHER);
+    if (path && is_sparse && sweeps)
+        count = add(steps, count, PERP_LCP_LEMKE);
     return sweeps ? add(steps, count, PERP_LCP_PGS) : count;
 }

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/check.h"
+#include "base/clock.h"
 #include "base/context.h"
 #include "lcp/all/all.h"
 #include "linalg/lanes/vectors.h"
@@ -429,12 +430,17 @@ perp_status perp_lcp_solve(perp_context *context, double *z, double *w, double *
     double room[SMALL_ROOM]; /* small problems, so the solver and what it needs, take no memory */
     perp_lcp_solver solver = {.kind = &kind, .context = context};
     perp_status status = perp__enter(context);
+    double deadline = 0.0;
 
     if (status != PERP_OK)
         return status;
     perp__arena_lend(&solver.arena, context, room, sizeof room);
     status = begin(&solver, settings);
+    if (solver.settings.time_limit > 0.0)
+        deadline = perp__now() + solver.settings.time_limit;
     PERP__THEN(status, perp__lcp_setup(&solver, M, lower, upper));
+    if (deadline > 0.0) /* what the set-up left */
+        solver.settings.time_limit = perp__time_left(deadline);
     PERP__THEN(status, perp__lcp_solve(&solver, z, w, ray, result, q, z0));
     release(&solver);
     return perp__leave(context, status);

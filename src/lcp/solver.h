@@ -12,9 +12,6 @@
 
 #define PERP__METHODS 4
 
-/* Dense problems up to this size are kept by columns, each of this length. */
-#define PERP__SMALL_LENGTH 32
-
 /* What a point is worth: the numbers docs/lcp.md defines, all from the caller's data. */
 typedef struct perp__evaluation {
     double natural;

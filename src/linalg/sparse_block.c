@@ -134,7 +134,7 @@ static perp_status order_general(perp__sparse_block *b, perp__square *A)
     if (status != PERP_OK)
         return status;
     *A = extract(b);
-    if (is_late(b, ORDERING * (double)A->column_starts[A->n]))
+    if (is_late(b, 2.0 * ORDERING * (double)A->column_starts[A->n])) /* it orders A + A' */
         return PERP__FACTOR_SINGULAR;
     return perp__klu_reanalyse(b->lu, A);
 }
@@ -144,7 +144,9 @@ static perp_status factor_general(perp__sparse_block *b)
     perp__square A;
     const perp_status status = order_general(b, &A);
 
-    if (status == PERP_OK && is_late(b, PRODUCT * perp__klu_products(b->lu)))
+    /* a search for each column comes before its products */
+    if (status == PERP_OK &&
+        is_late(b, ORDERING * (double)A.column_starts[A.n] + PRODUCT * perp__klu_products(b->lu)))
         return PERP__FACTOR_SINGULAR;
     return status == PERP_OK ? perp__klu_factor(b->lu, &A) : status;
 }

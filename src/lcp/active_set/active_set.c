@@ -54,17 +54,6 @@ static void multiply(perp__active_set *work, const double *z)
         perp__lcp_affine(p, z, work->w);
 }
 
-void perp__places_at_bounds(const perp__lcp_problem *problem, int8_t *places)
-{
-    const double *lower = problem->lower, *upper = problem->upper;
-
-    for (int32_t i = 0; i < problem->n; i++)
-        places[i] = lower[i] == upper[i]    ? PERP__FIXED
-                    : lower[i] != -INFINITY ? PERP__AT_LOWER
-                    : upper[i] != INFINITY  ? PERP__AT_UPPER
-                                            : PERP__BETWEEN;
-}
-
 void perp__places_of(const perp__lcp_problem *problem, const double *z, int8_t *places)
 {
     const double *lower = problem->lower, *upper = problem->upper;

@@ -14,9 +14,6 @@
 #define PERP__CRASH_ROUNDS 24
 #define PERP__CRASH_PATIENCE 3
 
-/* Every variable at a finite bound, free ones between. */
-void perp__places_at_bounds(const perp__lcp_problem *problem, int8_t *places);
-
 /* The index set of a point: between strictly means between its bounds. */
 void perp__places_of(const perp__lcp_problem *problem, const double *z, int8_t *places);
 

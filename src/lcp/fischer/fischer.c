@@ -42,7 +42,7 @@ static perp_status evaluate(perp__newton *f, const double *z, double *w)
     return PERP_OK;
 }
 
-/* Sweeps of projected Gauss-Seidel by columns, which keep w up to date. */
+/* Sweeps of projected Gauss-Seidel for as long as the residual falls. */
 static void sweeps(perp__fischer_state *s, int32_t count)
 {
     const perp__lcp_problem *p = s->common.problem;
@@ -50,17 +50,7 @@ static void sweeps(perp__fischer_state *s, int32_t count)
     double last = f->best_residual;
 
     for (int32_t k = 0; k < count && !perp__is_past(p->control->deadline); k++) {
-        for (int32_t j = 0; j < p->n; j++) {
-            const double z = f->z[j];
-            const perp__line column = perp__line_of(&f->S, j);
-            double diagonal = perp__entry(&f->S, j, j);
-
-            if (!(diagonal > 0.0))
-                diagonal = p->row_norms[j] > 0.0 ? p->row_norms[j] : 1.0;
-            f->z[j] = perp__clamp(z - f->w[j] / diagonal, p->lower[j], p->upper[j]);
-            for (int32_t i = 0; i < column.count && f->z[j] != z; i++)
-                f->w[column.indices ? column.indices[i] : i] += (f->z[j] - z) * column.values[i];
-        }
+        perp__lcp_sweep(p, f->z, f->w);
         perp__newton_note(f);
         if (!(f->best_residual <= PERP__PROGRESS * last))
             break;
@@ -89,6 +79,7 @@ static perp_status begin(perp__newton *f)
 static perp_status step(perp__newton *f, void *user)
 {
     perp__fischer_state *s = user;
+    const perp__sparse_block *block = s->common.problem->block;
     perp_status moved = 0;
 
     perp__newton_follow_path(f);
@@ -97,9 +88,9 @@ static perp_status step(perp__newton *f, void *user)
         if (moved == 0 && f->least > DBL_EPSILON)
             perp__newton_smooth(f, f->least *= PERP__FISCHER_SHARE);
     }
-    if (moved == 0)
+    if (moved == 0 && !block->late) /* else another factorisation is too late as well */
         moved = perp__newton_by_direction(f);
-    return moved != 0 ? moved : perp__newton_descend(f);
+    return moved != 0 || block->late ? moved : perp__newton_descend(f);
 }
 
 static perp_status solve(void *object, perp__lcp_iterate *iterate)

@@ -9,13 +9,15 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/outcome.h"
 #include "lcp/lemke/lemke.h"
 
 /* A round of a crash is a Cholesky factorisation of the active block where M is symmetric, else LU:
  * from this size on that costs less than the pivots that it saves. */
 #define CRASH_LU_FROM 256
-/* The more of M is skew, the more rounds it takes: from this part on too many for LU. */
-#define CRASH_SKEW 1.5
+/* The more of M is skew, the more rounds it takes, and the more two sweeps let the residual grow:
+ * from here on too many for LU. */
+#define CRASH_GROWTH 10.0
 /* The basis it ends with is taken if at most this part of the indices is infeasible. */
 #define CRASH_PART 8
 
@@ -258,52 +260,48 @@ static int32_t transform(perp__lemke *l)
     return 1;
 }
 
-/* |M - M'| / |M + M'| in the Frobenius norm; in tiles, for the caches. */
-static double skewness(const perp__lcp_problem *p)
-{
-    enum { TILE = 16 };
-    const double *S = p->M->values;
-    const size_t n = (size_t)p->n;
-    double skew = 0.0, even = 0.0;
-
-    for (size_t J = 0; J < n; J += TILE)
-        for (size_t I = 0; I < n; I += TILE)
-            for (size_t j = J; j < J + TILE && j < n; j++)
-                for (size_t i = I; i < I + TILE && i < j; i++) {
-                    const double less = S[i + j * n] - S[j + i * n];
-                    const double more = S[i + j * n] + S[j + i * n];
-
-                    skew += less * less;
-                    even += more * more;
-                }
-    for (size_t i = 0; i < n; i++)
-        even += 2.0 * S[i + i * n] * S[i + i * n];
-    return sqrt(skew / even);
-}
-
-/* What M says, once a set-up. */
-static void examine(perp__lemke *l)
+/* Two sweeps from a cold start: where they solve the problem no basis is needed, and they cost less
+ * than one. Else active sets begin where they end, if that is nearer to a solution, and *growth is
+ * that of the residual. */
+static int32_t sweeps_solve(perp__lemke *l, perp__lcp_iterate *iterate, double *growth)
 {
     const perp__lcp_problem *p = l->head.problem;
+    double *z = iterate->z, residual = INFINITY, first = INFINITY;
+
+    memcpy(l->work, p->q, (size_t)p->n * sizeof *l->work);
+    if (perp__largest(z, p->n) > 0.0)
+        perp__lcp_affine(p, z, l->work);
+    for (int32_t k = 0; k <= 2 && !(residual <= p->tol); k++) {
+        if (k > 0)
+            perp__lcp_sweep(p, z, l->work);
+        residual = 0.0;
+        for (int32_t i = 0; i < p->n; i++)
+            perp__raise_to(&residual, fabs(perp__mid(z[i], p->lower[i], p->upper[i], l->work[i])));
+        first = k == 0 ? residual : first;
+        iterate->iterations = k;
+    }
+    for (int32_t i = 0; i < p->n && !(residual < first); i++)
+        z[i] = perp__clamp(0.0, p->lower[i], p->upper[i]);
+    iterate->outcome = PERP_OUTCOME_SOLVED;
+    *growth = residual / first;
+    return residual <= p->tol;
+}
+
+/* Whether active sets from cold may pay: not where many couplings are larger than a positive
+ * definite M + M' can have; one a row is looked at. */
+static int32_t may_crash(const perp__lcp_problem *p, double growth)
+{
     const perp__matrix *M = p->M;
     int32_t large = 0;
 
-    if (l->examined == p->setup)
-        return;
-    l->examined = p->setup;
-    l->crashes = 0;
-    if (!p->block->has_positive_diagonal)
-        return;
-    l->crashes = p->block->is_symmetric || (p->n >= CRASH_LU_FROM && skewness(p) <= CRASH_SKEW);
-    /* not where many couplings are larger than a positive definite M + M' can have: one a row is
-     * looked at */
     for (int32_t i = 0; i < M->rows; i++) {
         const int32_t j = (i + M->rows / 2) % M->rows;
         const double size = 0.5 * perp__entry(M, i, j) + 0.5 * perp__entry(M, j, i);
 
         large += size * size > perp__entry(M, i, i) * perp__entry(M, j, j) && i != j;
     }
-    l->crashes &= large <= M->rows / 16;
+    return large <= M->rows / 16 &&
+           (p->block->is_symmetric || (p->n >= CRASH_LU_FROM && growth <= CRASH_GROWTH));
 }
 
 /* Active sets where M looks positive definite, and the basis that a start of the caller's names.
@@ -318,14 +316,16 @@ static perp_status start_near(perp__lemke *l, perp__lcp_iterate *iterate,
         return PERP_OK;
     /* 1. The places. From a good start a round or two are enough, whatever M's symmetry; but the
      * polish, where it is on, has tried these already. */
-    if (iterate->warm)
-        perp__places_of(p, iterate->z, l->places);
-    else
-        perp__places_at_bounds(p, l->places);
-    if (p->settings->crash && !p->M->column_starts) {
-        examine(l);
-        if (l->crashes ||
-            (iterate->warm && p->block->has_positive_diagonal && !p->settings->polish))
+    perp__places_of(p, iterate->z, l->places);
+    if (p->settings->crash && !p->M->column_starts && p->block->has_positive_diagonal) {
+        double growth = INFINITY;
+
+        if (!iterate->warm && p->n > PERP__SMALL_LENGTH && sweeps_solve(l, iterate, &growth)) {
+            *guess = PERP__GUESS_END;
+            return PERP_OK;
+        }
+        iterate->iterations = 0;
+        if (iterate->warm ? !p->settings->polish : may_crash(p, growth))
             status = perp__lemke_crash(l, iterate, 0, 0.0, guess);
         if (*guess == PERP__GUESS_BASIS && l->crash.wrong > p->n / CRASH_PART)
             *guess = PERP__GUESS_NONE;

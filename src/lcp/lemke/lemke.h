@@ -238,8 +238,6 @@ struct perp__lemke {
     perp__factored factored;
 
     perp__active_set crash;
-    int64_t examined; /* the set-up since which it is known what M says */
-    int32_t crashes;  /* a crash from cold may pay */
 };
 
 /* The name of t. */

@@ -317,8 +317,8 @@ perp_status perp__lemke_follow_path(perp__lemke *l, perp__lcp_iterate *iterate, 
             outcome = PERP_OUTCOME_ITERATION_LIMIT;
         else if (iterate->iterations % 16 == 1)
             outcome = perp__lcp_tick(p->control, l->spent + iterate->iterations, INFINITY);
-        else if (!perp__lcp_may_multiply(p->control, waits ? (double)t->delay : 0.0, 1.0))
-            outcome = PERP_OUTCOME_TIME_LIMIT; /* no time for the next exchange */
+        else if (!perp__lcp_has_time(p->control, waits ? 0.25 * t->delay : 0.0))
+            outcome = PERP_OUTCOME_TIME_LIMIT; /* one product takes .08 to .55 of an entry */
         if (outcome < 0)
             status = advance(l, &outcome);
         if (outcome >= 0 && outcome != PERP_OUTCOME_SOLVED)

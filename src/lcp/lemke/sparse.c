@@ -281,7 +281,8 @@ static perp_status start(perp__lemke *l, const perp__lcp_iterate *iterate)
     perp_status status;
 
     (void)iterate;
-    perp__places_at_bounds(l->head.problem, l->places);
+    perp__lemke_name_pairs(l); /* base: the bounds, 0 of what is free */
+    perp__places_of(l->head.problem, l->base, l->places);
     status = take_places(l, 0);
     for (k = 0; k < l->pairs; k++)
         any_free |= perp__lemke_is_free(l, k);
