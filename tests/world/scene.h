@@ -38,22 +38,15 @@ static inline void scene_create(scene *s, const perp_world_settings *settings)
 }
 
 /* A world with the default settings but for gravity's components. */
-static inline void scene_open_at(scene *s, int32_t accuracy, int32_t planar, double gx, double gy,
-                                 double gz)
+static inline void scene_open(scene *s, int32_t planar, double gx, double gy, double gz)
 {
     perp_world_settings settings;
 
     assert_int_equal(perp_world_settings_init(&settings, sizeof settings, planar), PERP_OK);
-    settings.accuracy = accuracy;
     settings.gravity[0] = gx;
     settings.gravity[1] = gy;
     settings.gravity[2] = gz;
     scene_create(s, &settings);
-}
-
-static inline void scene_open(scene *s, int32_t planar, double gx, double gy, double gz)
-{
-    scene_open_at(s, PERP_ACCURACY_STANDARD, planar, gx, gy, gz);
 }
 
 static inline void scene_close(scene *s)

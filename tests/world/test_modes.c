@@ -20,13 +20,13 @@ static perp_body_settings box_settings(double mass, const double *half)
 }
 
 /* Boxes on top of each other, the first at the bottom. */
-static void stack(scene *s, int32_t accuracy, int32_t planar, int n, const double *masses,
-                  const double *half, perp_body *boxes)
+static void stack(scene *s, int32_t planar, int n, const double *masses, const double *half,
+                  perp_body *boxes)
 {
     int up = planar ? 1 : 2;
     int i;
 
-    scene_open_at(s, accuracy, planar, 0.0, planar ? -GRAVITY : 0.0, planar ? 0.0 : -GRAVITY);
+    scene_open(s, planar, 0.0, planar ? -GRAVITY : 0.0, planar ? 0.0 : -GRAVITY);
     scene_plane(s, s->ground, 0.0, planar ? 1.0 : 0.0, planar ? 0.0 : 1.0, 0.0, 0.5, 0.0);
     for (i = 0; i < n; i++) {
         perp_body_settings settings = box_settings(masses[i], half);
@@ -64,7 +64,7 @@ static void stack_rests(int32_t planar, int n, const double *masses, double cond
     scene s;
     int i, k;
 
-    stack(&s, PERP_ACCURACY_STANDARD, planar, n, masses, half, boxes);
+    stack(&s, planar, n, masses, half, boxes);
     for (i = 0; i < n; i++)
         weight += masses[i] * GRAVITY;
     for (k = 0; k < steps; k++) {
@@ -226,7 +226,7 @@ static void test_stuck_under_a_sliding_box(void **state)
     int k;
 
     (void)state;
-    stack(&s, PERP_ACCURACY_ACCURATE, 0, 2, masses, half, boxes);
+    stack(&s, 0, 2, masses, half, boxes);
     now = scene_state(&s, boxes[1]);
     now.velocity[0] = 1.0;
     SCENE_OK(&s, perp_world_set_body(s.world, &now, boxes[1]));

@@ -171,8 +171,7 @@ static void test_overlap_is_removed(void **state)
     assert_memory_equal(&far_before, &far_after, sizeof far_before);
     scene_close(&s);
 
-    /* sweeps leave what is less than .001 of the size */
-    scene_open_at(&s, PERP_ACCURACY_ACCURATE, 0, 0.0, 0.0, 0.0);
+    scene_open(&s, 0, 0.0, 0.0, 0.0);
     settings = scene_settings();
     light = scene_add(&s, &settings);
     settings.mass = 3.0;

@@ -10,7 +10,7 @@
 /* Residuals are from the measured curve, bench/results/world.txt; docs/world.md has the table. */
 const perp__level perp__levels[] = {
     {.looks = 2, .deep = 1e-2, .tol = 1e-2, .sweeps_few = 1, .few = 8, .rounds = 2},
-    {.looks = 3, .deep = 5e-3, .tol = 1e-3, .sweeps_few = 1, .few = 40, .rounds = 2},
+    {.looks = 3, .deep = 5e-3, .tol = 1e-3, .few = 40, .rounds = 2},
     {.looks = 4, .deep = 1e-3, .tol = 1e-6, .few = 64, .rounds = 5},
     {.looks = 24, .deep = 0.0, .tol = 0.0, .few = 64, .rounds = 24},
 };

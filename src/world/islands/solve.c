@@ -166,7 +166,6 @@ void perp__conclude_one(perp_world *world, int32_t number, double h, perp__verdi
                         perp_status status, int32_t *last)
 {
     const perp__island *island = &world->islands[number];
-    const perp__level *level = perp__level_of(world);
     const int32_t no_projection = verdict->swept && !perp__has_put(world, island);
 
     if (verdict->stands && verdict->rides && verdict->impacts == 0)
@@ -186,11 +185,11 @@ void perp__conclude_one(perp_world *world, int32_t number, double h, perp__verdi
     for (int32_t k = 0; k < island->bodies; k++) {
         const double *w = perp__island_motion(world, island, k)->moving + 3;
         perp__role *role = &world->roles[world->body_order[island->first_body + k]];
-        const int32_t far = 0.5 * h * h * perp__dot3(w, w) > fmax(level->deep, PERP__NEAR);
 
         perp__island_motion(world, island, k)->verdict = *verdict;
-        role->swept = (int8_t)(no_projection && !(far && level->sweeps_few));
-        role->far |= far && island->joints > 0;
+        role->swept = (int8_t)no_projection;
+        role->far |= island->joints > 0 &&
+                     0.5 * h * h * perp__dot3(w, w) > fmax(perp__level_of(world)->deep, PERP__NEAR);
     }
     if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
         *last = number;
