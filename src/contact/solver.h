@@ -266,7 +266,7 @@ int32_t perp__contact_rows_move(const perp_contact_solver *solver, const perp_co
 perp_status perp__contact_open(perp_contact_solver *solver, perp_contact_step *s);
 
 /* v := what the rows that hold leave free, given the impulses and modes of an answer, its u, and v
- * as it has it, with bodies: held.c. PERP_OK or _MEMORY. */
+ * as it has it, with bodies: active.c. PERP_OK or _MEMORY. */
 perp_status perp__contact_hold(perp_contact_solver *solver, const double *r, const double *u,
                                const int8_t *modes, double *v);
 
@@ -274,7 +274,7 @@ perp_status perp__contact_hold(perp_contact_solver *solver, const double *r, con
 perp_status perp__contact_find_bodies(perp_contact_solver *solver, int32_t *found);
 
 /* The exact zeros of a good answer: v and u where bodies are known, else u alone. PERP_OK or
- * _MEMORY: held.c. */
+ * _MEMORY: active.c. */
 perp_status perp__contact_hold_best(perp_contact_solver *solver);
 
 /* Whether velocities of 0 may be an answer: all that is told moves nothing, and statics was not
@@ -331,7 +331,7 @@ void perp__rigid_velocities(perp_contact_solver *solver);
 /* u := that of bodies that stand still, where impulses can move them. */
 void perp__rigid_bias(const perp_contact_solver *solver, double *u);
 
-/* For held.c: what constraints with one body are beside, and which of those that hold are pushed by
+/* For active.c: what constraints with one body are beside, and which of those that hold are pushed by
  * more than a carrier. */
 void perp__rigid_beside(const perp_contact_solver *solver, const int8_t *holds, int32_t *beside,
                         int8_t *pushed);

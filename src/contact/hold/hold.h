@@ -57,7 +57,7 @@ typedef struct perp__hold {
     double *loose;
 } perp__hold;
 
-/* held.c: u of what stands still, with that of the carriers, as the caller gave it: what impulses
+/* active.c: u of what stands still, with that of the carriers, as the caller gave it: what impulses
  * are to take away beside what the load does. */
 void perp__contact_find_bias(perp_contact_solver *solver, double *bias);
 

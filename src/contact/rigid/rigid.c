@@ -110,7 +110,7 @@ static int32_t place_of(const perp_contact_solver *solver, int32_t body)
                                                   : root_of(solver->rigid, body);
 }
 
-/* u of all rows after held.c has written v: exactly 0 where they hold, bias between bodies that
+/* u of all rows after active.c has written v: exactly 0 where they hold, bias between bodies that
  * move as one, else from v. */
 static void find_held_velocities(const perp_contact_solver *solver, const double *v, double *u)
 {

@@ -151,7 +151,7 @@ static int32_t find_lack(single *s, int32_t k, perp__evidence *residuals)
     return 1;
 }
 
-/* How many rows of each contact hold, as in held.c. Returns whether none of those is to move. */
+/* How many rows of each contact hold, as in active.c. Returns whether none of those is to move. */
 static int32_t find_held(single *s)
 {
     const double slack = sqrt(s->problem->tol) * s->omega;
