@@ -331,8 +331,8 @@ void perp__rigid_velocities(perp_contact_solver *solver);
 /* u := that of bodies that stand still, where impulses can move them. */
 void perp__rigid_bias(const perp_contact_solver *solver, double *u);
 
-/* For active.c: what constraints with one body are beside, and which of those that hold are pushed by
- * more than a carrier. */
+/* For active.c: what constraints with one body are beside, and which of those that hold are pushed
+ * by more than a carrier. */
 void perp__rigid_beside(const perp_contact_solver *solver, const int8_t *holds, int32_t *beside,
                         int8_t *pushed);
 
