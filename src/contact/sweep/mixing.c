@@ -9,7 +9,6 @@
 
 #include "linalg/lanes/loops.h"
 #include "linalg/lanes/multiversion.h"
-#include "linalg/pivoting.h"
 
 void perp__mixing_layout(perp__arena *arena, perp__mixing *mixing, size_t size, size_t y_size)
 {
@@ -83,7 +82,10 @@ static int32_t least_squares(const perp__mixing *m, double *x)
     for (int32_t i = 0; i < n; i++)
         for (int32_t j = 0; j < n; j++)
             A[i * n + j] = m->gram[i][j] + (i == j ? ridge : 0.0);
-    return perp__solve_small(A, n, n, x, 1);
+    if (perp__loops_cholesky(n, A, n) != 0)
+        return 0;
+    perp__loops_cholesky_solve(n, 1, A, n, x, n);
+    return 1;
 }
 
 void perp__mixing_after(perp__mixing *m, const double *weights, double *r, double *y)
