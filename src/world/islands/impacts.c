@@ -326,8 +326,8 @@ int32_t perp__lessens(const perp_world *world, const perp__island *island, doubl
 }
 
 /* work.hit := what a jump leaves out: contacts that lack more than the first one does, as joints
- * are known to lead there, and gaps to tol; and those that touch apart from what is hit: mere
- * rounding moves there, which the rest of the step stops. */
+ * are known to lead there, and gaps to tol; and without joints those that touch apart from what
+ * is hit: mere rounding moves there, which the rest of the step stops. */
 static void leave_out(perp_world *world, const perp__island *island, double lacking)
 {
     const double tol = perp__exact_tol(world) * world->step_length;
