@@ -69,7 +69,6 @@ static void lay_out(perp__arena *arena, void *object)
     set->contact_of = perp__arena_take(arena, (size_t)set->count, sizeof(int32_t));
     set->row = perp__arena_take(arena, size, sizeof(int32_t));
     PERP__DOUBLES(arena, size, &set->sign, &set->shift, &set->work);
-    set->bound = perp__arena_take(arena, (size_t)set->own_contacts, sizeof(double));
     PERP__DOUBLES(arena, larger, &set->f, &set->w, &set->r0);
     PERP__DOUBLES(arena, (size_t)own_size(set), &set->load, &set->away);
     for (int32_t k = 0; k < 2; k++) {
@@ -104,8 +103,8 @@ static void place_rows(perp__contact_bounded *set, perp_contact_solver *solver,
     const int32_t first = set->rows - set->count;
     int32_t contact = set->contacts, row = first, free = set->own_rows;
 
-    for (int32_t k = 0; k < contact; k++)
-        set->bound[k] = 0.0;
+    set->bound = solver->bound;
+    set->compliance = solver->compliance;
     for (int32_t i = 0; i < set->size; i++) {
         set->row[i] = i < first ? i : set->own_rows + set->free + i - set->rows;
         set->sign[i] = 1.0;
@@ -140,10 +139,8 @@ static void place_rows(perp__contact_bounded *set, perp_contact_solver *solver,
         set->shifts |= set->shift[i] != 0.0;
         set->given &= set->row[i] == i && set->sign[i] > 0.0;
     }
-    perp__copy(solver->bound, set->bound, set->own_contacts);
     for (int32_t i = 0; laws->compliance && i < set->size; i++)
-        solver->compliance[set->row[i]] = laws->compliance[i];
-    set->compliance = solver->compliance;
+        set->compliance[set->row[i]] = laws->compliance[i];
 }
 
 /* Columns that are being written: own rows from `begin` up to `end`, the first of them number

@@ -45,8 +45,8 @@ typedef struct perp__contact_bounded {
     int32_t *contact_of;          /* count: own contact, -1: bilateral */
     int32_t *row;                 /* size: own row */
     double *sign, *shift;         /* size */
-    double *bound;             /* own contacts: x_n of those with two bounds, by near_...; else 0 */
-    double *compliance;        /* own size: the solver's */
+    double *bound;             /* the solver's: x_n of those with two bounds, by near_...; else 0 */
+    double *compliance;        /* the solver's */
     double *f, *w, *r0, *work; /* of a call; f: or q */
     double *load;              /* own size: |q| at the impulses nearest to 0 */
     double *away;              /* own size: x + away is counted from those */

@@ -484,10 +484,8 @@ static perp_status find_within(perp_contact_solver *solver, const perp__contact_
     }
     do {
         /* 2. A solve within them. */
-        if (status == PERP_OK && is_far) {
+        if (status == PERP_OK && is_far)
             perp__contact_bounded_draw_in(bounded);
-            perp__copy(solver->bound, bounded->bound, solver->contacts);
-        }
         perp__contact_bounded_pose(bounded, given, copy);
         PERP__THEN(status, perp__contact_find(solver, copy, deadline));
         iterations += status == PERP_OK ? solver->iterations : 0;

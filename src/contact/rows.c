@@ -43,7 +43,7 @@ static int32_t moves(const perp_contact_step *s, int32_t row)
 }
 
 /* A row that is noise (as to the equilibration) beside its contact's others moves nothing: then
- * friction along it is none, unless a surface moves that way. */
+ * friction along it is none, unless surfaces move: they may do so along it. */
 static int32_t shape_of(const perp_contact_step *s, const touch *t)
 {
     static const int32_t shapes[8] = {NONE, 1, NONE, BY_FIRST, NONE, BY_SECOND, NONE, 3};

@@ -1,6 +1,5 @@
 #include "linalg/sparse_block.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 

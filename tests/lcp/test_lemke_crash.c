@@ -93,6 +93,35 @@ static void test_large_unsymmetric(void **state)
     }
 }
 
+/* Murty's triangle is solved by the second of the sweeps that come first: one is not exceeded. */
+static void test_sweeps_before_a_crash_are_limited(void **state)
+{
+    enum { N = 100 };
+    static double q[N];
+    double *M = check_allocate(N * N, sizeof *M);
+    perp_matrix view = fresh_matrix();
+
+    (void)state;
+    for (int32_t i = 0; i < N; i++) {
+        q[i] = -1.0;
+        for (int32_t j = i; j < N; j++)
+            M[N * i + j] = i == j ? 1.0 : 2.0;
+    }
+    perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, N, N, M, N);
+    for (int32_t limit = 0; limit <= 1; limit++) {
+        perp_lcp_settings settings = lemke(1, 1);
+        run r;
+
+        settings.max_iterations = limit;
+        run_view(&r, context, &view, q, NULL, NULL, &settings, NULL, "limit");
+        assert_int_equal(r.result.iterations, limit > 0 ? 1 : 2);
+        assert_int_equal(r.result.outcome,
+                         limit > 0 ? PERP_OUTCOME_ITERATION_LIMIT : PERP_OUTCOME_SOLVED);
+        run_release(&r);
+    }
+    free(M);
+}
+
 static int32_t count_up(const perp_lcp_progress *progress, void *user)
 {
     int64_t *last = user;
@@ -257,6 +286,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_crash_and_cold_agree),
         cmocka_unit_test(test_large_unsymmetric),
+        cmocka_unit_test(test_sweeps_before_a_crash_are_limited),
         cmocka_unit_test(test_a_crash_that_cycles),
         cmocka_unit_test(test_large_couplings_are_not_crashed),
         cmocka_unit_test(test_contact_problems_are_not_crashed),

@@ -206,8 +206,7 @@ TARGET PERP__KERNEL static void NAME(ask)(const perp__coloured *c, const perp__l
 }
 
 /* One of the three for each contact, with y; `width` is known where this is compiled. 2 MB of
- * points are not near the processor: they are asked for so many groups before as a pair has points.
- */
+ * points are far from the processor: asked for as many groups ahead as a pair has points. */
 TARGET PERP__KERNEL static void NAME(pass_of_width)(perp__coloured *c, int32_t width, int32_t what,
                                                     double *y, int32_t first, int32_t end)
 {

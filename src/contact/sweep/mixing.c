@@ -72,7 +72,7 @@ PERP__MULTIVERSION(combine,
 /* x := (F'F + ridge)^-1 F'f; 0 where that breaks down. */
 static int32_t least_squares(const perp__mixing *m, double *x)
 {
-    double L[PERP__MIXING_DEPTH][PERP__MIXING_DEPTH], ridge = 0.0;
+    double A[PERP__MIXING_DEPTH * PERP__MIXING_DEPTH], ridge = 0.0;
     const int32_t n = m->count;
 
     for (int32_t i = 0; i < n; i++) {
@@ -80,25 +80,11 @@ static int32_t least_squares(const perp__mixing *m, double *x)
         perp__loops_dot(m->size, m->F + (size_t)i * (size_t)m->size, m->f, &x[i]);
     }
     for (int32_t i = 0; i < n; i++)
-        for (int32_t j = 0; j <= i; j++) {
-            double sum = m->gram[i][j] + (i == j ? ridge : 0.0);
-
-            for (int32_t k = 0; k < j; k++)
-                sum -= L[i][k] * L[j][k];
-            if (i == j && !(sum > 0.0))
-                return 0;
-            L[i][j] = i == j ? sqrt(sum) : sum / L[j][j];
-        }
-    for (int32_t i = 0; i < n; i++) {
-        for (int32_t k = 0; k < i; k++)
-            x[i] -= L[i][k] * x[k];
-        x[i] /= L[i][i];
-    }
-    for (int32_t i = n - 1; i >= 0; i--) {
-        for (int32_t k = i + 1; k < n; k++)
-            x[i] -= L[k][i] * x[k];
-        x[i] /= L[i][i];
-    }
+        for (int32_t j = 0; j < n; j++)
+            A[i * n + j] = m->gram[i][j] + (i == j ? ridge : 0.0);
+    if (perp__loops_cholesky(n, A, n) != 0)
+        return 0;
+    perp__loops_cholesky_solve(n, 1, A, n, x, n);
     return 1;
 }
 

@@ -12,7 +12,6 @@
  * which meet an obstacle in forces along the edge of the contact, never settle by exchanges alone.
  *
  * The start is the solution's index set where the matrix is a tridiagonal M-matrix. */
-#include <float.h>
 #include <math.h>
 #include <string.h>
 

@@ -266,12 +266,13 @@ static int32_t transform(perp__lemke *l)
 static int32_t sweeps_solve(perp__lemke *l, perp__lcp_iterate *iterate, double *growth)
 {
     const perp__lcp_problem *p = l->head.problem;
+    const int32_t most = p->iteration_limit == 1 ? 1 : 2;
     double *z = iterate->z, residual = INFINITY, first = INFINITY;
 
     memcpy(l->work, p->q, (size_t)p->n * sizeof *l->work);
     if (perp__largest(z, p->n) > 0.0)
         perp__lcp_affine(p, z, l->work);
-    for (int32_t k = 0; k <= 2 && !(residual <= p->tol); k++) {
+    for (int32_t k = 0; k <= most && !(residual <= p->tol); k++) {
         if (k > 0)
             perp__lcp_sweep(p, z, l->work);
         residual = 0.0;

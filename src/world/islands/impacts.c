@@ -326,8 +326,8 @@ int32_t perp__lessens(const perp_world *world, const perp__island *island, doubl
 }
 
 /* work.hit := what a jump leaves out: contacts that lack more than the first one does, as joints
- * are known to lead there, and gaps to tol; and those that touch apart from what is hit: mere
- * rounding moves there, which the rest of the step stops. */
+ * are known to lead there, and gaps to tol; and without joints those that touch apart from what
+ * is hit: mere rounding moves there, which the rest of the step stops. */
 static void leave_out(perp_world *world, const perp__island *island, double lacking)
 {
     const double tol = perp__exact_tol(world) * world->step_length;
@@ -383,10 +383,10 @@ static perp_status jump(perp_world *world, const perp__island *island, double la
     return status;
 }
 
-/* Goes to the first impact and through it; *left is what remains then. *done: there is none in this
- * time, as what velocities at its end close its way need not. Where nothing stops what is hit
- * others may be that it kept off, without joints, on whose arcs ends of ways do not tell what these
- * pass. */
+/* Goes to the first impact and through it; *left is what remains then. *done is 1 where there is
+ * none in this time, and all of it is gone smoothly: what velocities at the end of an interval
+ * would close, its way need not. Where nothing stops what is hit, others may be that it kept off;
+ * not so with joints, on whose arcs ends of ways do not tell what these pass. */
 static perp_status go_to_impact(perp_world *world, const perp__island *island, double *left,
                                 double h, double slow, int32_t *done, perp__verdict *verdict)
 {

@@ -4,7 +4,7 @@
  *   2. each is solved, once, by the way that suits it;
  *   3. what its motion makes meet joins in, and islands to which something came are solved anew, as
  *      often as the level looks; then only for what would go deep. What exact methods are to
- * follow, at level `exact` all of it, is swept as long as something comes, and only then solved.
+ *      follow, at level `exact` all of it, is swept while something comes, and only then solved.
  *
  * Over an interval of length t from velocities v, with forces that would lead to v_f,
  *
