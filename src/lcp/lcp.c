@@ -436,7 +436,7 @@ static int32_t keep_time(perp_lcp_solver *solver)
         return solver->deadline == 0.0;
     if (begun + RESIDUALS * (begun - solver->deadline + solver->settings.time_limit) >
         solver->deadline)
-        return 0; /* scaling takes as long as a residual */
+        return 0; /* a residual takes as long as reading and scaling M did */
     for (int32_t i = 0; i < solver->n; i++)
         solver->z[i] = 1.0;
     perp__multiply_doubled(&solver->wide, solver->z, solver->q, solver->w_high, solver->w_low);
