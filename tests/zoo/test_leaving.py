@@ -10,7 +10,7 @@ import numpy as np
 import perp
 import pytest
 
-from scene import about
+from scene import about, unit
 
 LEVELS = ("fast", "standard", "accurate", "exact")
 WAYS = ("shot", "rolls", "slides", "box slides", "box shot", "lies", "box lies")
@@ -95,6 +95,47 @@ def test_what_is_hit_between_walls_goes_on(seed: int, level: str, planar: bool) 
         world.step(h)
         # what forces make of a velocity in a step, as rests are decided by that
         assert (ball.velocity - box.velocity) @ up > -9.81 * h
+
+
+@pytest.mark.parametrize("level, tol", (("accurate", 1e-6), ("exact", 1e-10)))
+def test_what_moves_obeys_the_laws_beside_what_rests(level: str, tol: float) -> None:
+    """Bodies are thrown at a box. Where it could both creep and rest it was written to rest, while those
+    on it had the impulses and velocities of its creeping: friction was off by .0086 of its size."""
+    h = 0.01
+    for seed in range(100):
+        random = np.random.default_rng(seed)
+        world = perp.World(friction=random.uniform(0.3, 0.9), accuracy=level)  # type: ignore[arg-type]
+        world.ground.add_plane((0, 0, 1))
+        half = random.uniform(0.1, 0.25, 3)
+        world.add_body(1.0, position=(0, 0, half[2])).add_box(half)
+        world.step(h)
+        for k in range(3):
+            way = unit(random) * (1, 1, -1)
+            way[2] = -abs(way[2])
+            body = world.add_body(10 ** random.uniform(-1.5, 0.5), orientation=unit(random, 4),
+                                  position=half[2] * np.eye(3)[2] - (0.6 + 0.4 * k) * way,
+                                  velocity=random.uniform(0.3, 3) * way + random.normal(0, 0.3, 3))
+            if random.integers(2):
+                body.add_sphere(random.uniform(0.05, 0.15))
+            else:
+                body.add_box(random.uniform(0.05, 0.15, 3))
+        for step in range(70):
+            result = world.step(h)
+            if result.outcome != "solved" or result.steps > 1:  # it tells of the last part
+                continue
+            for contact in world.contacts:
+                impulse, velocity = contact.impulse, contact.velocity
+                if not np.any(velocity):
+                    continue
+                mass = min(b.mass for b in (contact.body_a, contact.body_b) if b.kind == "dynamic")
+                left = max(contact.gap, 0.0) / h  # none where it is rounding, up to 1e-9
+                velocity[0] += left if contact.gap > 1e-9 else min(max(-velocity[0], 0.0), left)
+                aim = impulse - mass * velocity
+                aim[0] = max(aim[0], 0.0)
+                aim[1:] *= min(1.0, contact.friction * impulse[0] / max(np.linalg.norm(aim[1:]), 1e-300))
+                # tol is of the fastest of all, up to 5 m/s; this of what gravity makes in a step
+                size = mass * 9.81 * h + impulse[0]
+                assert np.linalg.norm(aim - impulse) < 5 / (9.81 * h) * tol * size, (seed, step)
 
 
 @pytest.mark.parametrize("level", LEVELS)

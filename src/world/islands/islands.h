@@ -305,7 +305,7 @@ int32_t perp__gather_standing(perp_world *world, const perp__island *island,
 perp_status perp__stand(perp_world *world, const perp__island *island,
                         const perp__carrying *carrying, perp__verdict *verdict);
 /* The same of those bodies that began at rest, beside others that move with work.v and press on
- * them with work.impulse: where these stand, work has that. */
+ * them with work.impulse, whose laws hold so to the level's tol or *residual: work has it then. */
 perp_status perp__stand_partly(perp_world *world, const perp__island *island, int32_t swept,
                                double *residual);
 

@@ -45,9 +45,8 @@ static void link_unit(perp_world *world, const perp__island *island, int32_t i, 
     unit->links = *links - unit->link;
 }
 
-/* The unit of rows i. Returns 0 where it makes the bodies move, whatever the forces. What is open
- * carries nothing, and neither do points that only a motion would bring about. A motor that has not
- * its speed gives all that it may, and so is a force. */
+/* Returns 0 where unit i makes its bodies move, whatever the forces. What is open, or what only a
+ * motion would bring about, carries nothing. A motor without its speed is a force, all it may. */
 static int32_t write_unit(const perp_world *world, const perp__island *island, int32_t i,
                           int32_t ignores, perp__statics_unit *unit, int32_t *from)
 {
@@ -73,8 +72,7 @@ static int32_t write_unit(const perp_world *world, const perp__island *island, i
         return work->joint_units[i - work->count].slot != PERP__SLOT_MOTOR || rows->bias[0] == 0.0;
     }
     unit->kind = PERP__STATICS_INTERVAL;
-    unit->rows = 1;
-    unit->lower = 0.0;
+    unit->rows = rows->bounded || !(rows->bias[0] > 0.0);
     unit->upper = INFINITY;
     if (rows->bounded) {
         *from = 1;
@@ -84,8 +82,6 @@ static int32_t write_unit(const perp_world *world, const perp__island *island, i
             unit->lower = unit->upper = copysign(unit->upper, -rows->bias[1]);
         return 1;
     }
-    if (rows->bias[0] > 0.0)
-        unit->rows = 0;
     return rows->bias[0] >= 0.0;
 }
 
@@ -119,13 +115,12 @@ int32_t perp__gather_standing(perp_world *world, const perp__island *island,
     const int32_t partly = carrying && carrying->motion == PERP__CARRIED_PARTLY;
     perp__island_work *work = &world->work;
     perp__statics_rows *rows = &work->stand_rows;
-    int32_t links = 0;
+    int32_t links = 0, from;
     size_t at = 0;
 
     rows->size = 0;
     for (int32_t i = 0; i < work->units; i++) {
         perp__statics_unit *unit = &work->stand_units[i];
-        int32_t from;
 
         memset(unit, 0, sizeof *unit);
         unit->row = rows->size;
@@ -146,13 +141,9 @@ int32_t perp__gather_standing(perp_world *world, const perp__island *island,
             unit->rows = 0;
         rows->size += unit->rows;
     }
-    rows->width = world->dof;
-    rows->nodes = island->bodies;
-    rows->units = work->units;
-    rows->links = links;
-    rows->unit = work->stand_units;
-    rows->link = work->stand_links;
-    rows->values = work->stand_values;
+    *rows =
+        (perp__statics_rows){world->dof, island->bodies,    work->units,       rows->size,
+                             links,      work->stand_units, work->stand_links, work->stand_values};
     return 1;
 }
 
@@ -360,10 +351,9 @@ static void take_answer(perp_world *world, const perp__island *island, int32_t d
             work->velocity[3 * i] = rows->bias[0];
         for (int32_t k = 0; k < 3 && i < work->count && unit->rows == 0; k++)
             work->velocity[3 * i + k] = NAN; /* its bodies tell it */
-        if (i >= work->count)
-            continue;
-        work->modes[i] = r[0] > 0.0 ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
-        if (decided)
+        if (i < work->count)
+            work->modes[i] = r[0] > 0.0 ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
+        if (i < work->count && decided)
             perp__copy3(perp__step_response(world, island, work->chosen[i])->base, r);
     }
     memcpy(work->v, work->still, (size_t)(world->dof * island->bodies) * sizeof(double));
@@ -431,49 +421,57 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
     return PERP_OK;
 }
 
-/* Whether work.v -> work.still closes unit i, or parts a joint, faster than forces explain. */
-static int32_t is_strained(const perp_world *world, const perp__island *island, int32_t i)
+/* Change of unit i's velocities, work.v -> work.still, beside the free ones of its bodies, in units
+ * of the tested residual: its law lacks no more then. None of what is open, and stays so. */
+static double change_of(const perp_world *world, const perp__island *island, int32_t i)
 {
     const perp__island_work *work = &world->work;
-    const int32_t touches = i < work->count, bodies = island->bodies;
-    double most = 0.0;
+    const perp__rigid_rows *rows = &work->rows[i];
+    const int32_t m = island->bodies, n = world->dof;
+    double change = 0.0, trace = 0.0, drive = 0.0;
 
-    for (int32_t k = 0; k < (touches ? work->impulse[3 * i] > 0.0 : work->rows[i].dim); k++) {
-        const double closes = perp__row_velocity(world, i, k, work->v, bodies, 1) -
-                              perp__row_velocity(world, i, k, work->still, bodies, 1);
-
-        most = fmax(most, touches ? closes : fabs(closes));
+    if (i < work->count && work->impulse[3 * i] == 0.0 &&
+        perp__row_velocity(world, i, 0, work->still, m, 1) + rows->bias[0] >= 0.0)
+        return 0.0;
+    for (int32_t k = 0; k < rows->dim; k++) {
+        change = perp__length2(change, perp__row_velocity(world, i, k, work->v, m, 1) -
+                                           perp__row_velocity(world, i, k, work->still, m, 1));
+        trace += perp__moved_by(world, island, rows, k);
     }
-    return most > 0.0 && most > perp__forced_speed(world, island, i, 1);
+    for (int32_t k = 0; k < 2 && change > 0.0; k++)
+        if (rows->body[k] >= 0 && rows->body[k] < m)
+            drive = perp__length2(drive, perp__mass_norm(world, work->members[rows->body[k]],
+                                                         work->free + n * rows->body[k]));
+    return change > 0.0 ? change / sqrt(trace) / drive : 0.0;
 }
 
-/* work.still := work.v, but 0 of what began at rest, `slowly`: and has less than forces make of it.
- * Returns whether these can be asked: where something changes, nothing is deep that is swept, and
- * else nothing that moves is strained. */
-static int32_t part(perp_world *world, const perp__island *island, int32_t slowly, int32_t swept)
+/* work.still := work.v, but 0 of what began at rest, `slowly`: and has less than forces make of it;
+ * *change: of what moves. Returns whether it can be asked: it changes, and no swept one is deep. */
+static int32_t part(perp_world *world, const perp__island *island, int32_t slowly, int32_t swept,
+                    double *change)
 {
     perp__island_work *work = &world->work;
     const int32_t n = world->dof;
     int32_t may = 0;
 
+    *change = 0.0;
     if (world->settings.cone != 0 && !world->settings.planar) /* statics has the exact one */
         return 0;
     memcpy(work->still, work->v, (size_t)(n * island->bodies) * sizeof(double));
     for (int32_t i = 0; i < island->bodies; i++) {
-        const double *v = work->v + n * i;
-
         if (!perp__is_zero(work->now + n * i, n) ||
-            (slowly && !(perp__mass_norm(world, work->members[i], v) <
+            (slowly && !(perp__mass_norm(world, work->members[i], work->v + n * i) <
                          perp__mass_norm(world, work->members[i], work->free + n * i))))
             continue;
-        may |= !perp__is_zero(v, n);
-        memset(work->still + n * i, 0, (size_t)n * sizeof *v);
+        may |= !perp__is_zero(work->v + n * i, n);
+        memset(work->still + n * i, 0, (size_t)n * sizeof *work->still);
     }
     for (int32_t i = 0; i < work->units && may; i++)
-        may = moves(world, island, i)
-                  ? slowly || !is_strained(world, island, i)
-                  : !swept || i >= work->count || perp__step_flags(world, island, i)->moved ||
-                        !perp__is_deep(perp__step_contact(world, island, i));
+        if (moves(world, island, i))
+            perp__raise_to(change, change_of(world, island, i));
+        else
+            may = !swept || i >= work->count || perp__step_flags(world, island, i)->moved ||
+                  !perp__is_deep(perp__step_contact(world, island, i));
     return may;
 }
 
@@ -508,13 +506,15 @@ perp_status perp__stand_partly(perp_world *world, const perp__island *island, in
     perp__island_work *work = &world->work;
     const int32_t n = world->dof;
     perp__statics_answer answer = {.r = work->stand_r, .verdict = PERP_STATICS_FALLS};
+    const double tol = fmax(*residual, swept ? perp__swept_tol(world) : perp__exact_tol(world));
     uint64_t key[PERP__STANDING_WORDS];
     perp__statics *statics;
     int32_t adjusted = 0;
+    double change = 0.0;
     perp_status status = PERP_OK;
 
     for (int32_t slowly = 0; slowly < 2 && answer.verdict != PERP_STATICS_STANDS; slowly++) {
-        if (status != PERP_OK || !part(world, island, slowly, swept) ||
+        if (status != PERP_OK || !part(world, island, slowly, swept, &change) || !(change <= tol) ||
             !perp__gather_standing(world, island, &partly, 0))
             continue;
         /* all but their own impulses: M v less J'r of these */
@@ -541,7 +541,7 @@ perp_status perp__stand_partly(perp_world *world, const perp__island *island, in
     if (status != PERP_OK || answer.verdict != PERP_STATICS_STANDS)
         return status;
     take_answer(world, island, !adjusted);
-    perp__raise_to(residual, answer.unbalance);
+    perp__raise_to(residual, fmax(answer.unbalance, change));
     for (int32_t i = 0; i < n * island->bodies; i++) /* where it is: to lift it would be work */
         if (perp__is_zero(work->now + i / n * n, n) && perp__is_zero(work->v + i / n * n, n))
             work->moving[i] = 0.0;
