@@ -86,25 +86,21 @@ double perp__energy_gained(const perp_world *world, const perp__island *island, 
 static double turn_gave(const perp_world *world, int32_t body, int32_t all)
 {
     const perp__state *next = &world->next[body];
-    const double spinning = perp__kinetic_of(world, body, next, next->velocity);
+    double spinning = perp__kinetic_of(world, body, next, next->velocity);
     perp__state before = world->states[body];
 
     perp__copy3(before.angular_velocity, next->angular_velocity);
-    if (world->roles[body].jointed)
-        return 0.0;
-    return all ? spinning
-               : fmax(spinning - perp__kinetic_of(world, body, &before, before.velocity), 0.0);
+    spinning -= all ? 0.0 : perp__kinetic_of(world, body, &before, before.velocity);
+    return world->roles[body].jointed ? 0.0 : fmax(spinning, 0.0);
 }
 
-/* Takes what the step gave from what turns gave, as far as that goes, each body's share from its
- * own angular velocity. Returns what is left. */
-static double take_from_turns(perp_world *world, const perp__island *island, int32_t all)
+double perp__take_turns(perp_world *world, const perp__island *island, double given, int32_t all)
 {
     double sum = 0.0, share;
 
     for (int32_t i = 0; i < island->bodies; i++)
         sum += turn_gave(world, world->body_order[island->first_body + i], all);
-    share = fmin(perp__energy_given(world, island) / sum, 1.0);
+    share = fmin(given / sum, 1.0);
     for (int32_t i = 0; i < island->bodies && share > 0.0; i++) {
         const int32_t body = world->body_order[island->first_body + i];
         const double gave = turn_gave(world, body, all), spin = turn_gave(world, body, 1);
@@ -112,37 +108,38 @@ static double take_from_turns(perp_world *world, const perp__island *island, int
         for (int32_t k = 0; k < 3 && gave > 0.0; k++)
             world->next[body].angular_velocity[k] *= sqrt(1.0 - share * gave / spin);
     }
-    return perp__energy_given(world, island);
+    return share < 1.0 ? 0.0 : given - sum;
 }
 
 /* What a way did more than that of its mean velocity, to which forces do what kinetic energy says:
- * out of overlap, or where an impact took velocity; no more than motions may go deep, where to take
- * it back may lead. Returns the energy that it gave. */
-static double way_gave(const perp_world *world, int32_t body, double *way)
+ * out of overlap, or where an impact took velocity; or all of it beside the frame. No more than
+ * motions may go deep, where to take it back may lead. Returns the energy that it gave. */
+static double way_gave(const perp_world *world, int32_t body, const double *frame, double *way)
 {
-    const double deep = fmax(perp__level_of(world)->deep, PERP__NEAR);
+    const double deep = fmax(perp__level_of(world)->deep, PERP__NEAR), h = world->step_length;
     const double most = deep * perp__body_length(world, body);
     const perp__state *from = &world->states[body], *to = &world->next[body];
 
     memset(way, 0, 6 * sizeof *way);
     for (int32_t k = 0; k < 3; k++)
         way[k] = to->position[k] - from->position[k] -
-                 0.5 * world->step_length * (from->velocity[k] + to->velocity[k]);
+                 h * (frame ? frame[k] : 0.5 * (from->velocity[k] + to->velocity[k]));
     perp__add3(way, fmin(most / perp__length3(way), 1.0) - 1.0, way);
     return fmax(perp__work_needed(world, body, way), 0.0);
 }
 
-/* Takes what the step gave from ways that gave some, by one share of all. */
-static double take_from_ways(perp_world *world, const perp__island *island, double given)
+/* Takes what the step gave from such ways that gave some, by one share of all. */
+static double take_from_ways(perp_world *world, const perp__island *island, double given,
+                             const double *frame)
 {
     double sum = 0.0, way[6];
 
     for (int32_t i = 0; i < island->bodies; i++)
-        sum += way_gave(world, world->body_order[island->first_body + i], way);
+        sum += way_gave(world, world->body_order[island->first_body + i], frame, way);
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
 
-        if (way_gave(world, body, way) > 0.0)
+        if (way_gave(world, body, frame, way) > 0.0)
             perp__add3(world->next[body].position, -fmin(given / sum, 1.0), way);
     }
     return perp__energy_given(world, island);
@@ -241,15 +238,18 @@ static double take_impulses(perp_world *world, const perp__island *island, doubl
     return perp__energy_given(world, island);
 }
 
-double perp__take_given(perp_world *world, const perp__island *island)
+double perp__take_given(perp_world *world, const perp__island *island, double given)
 {
-    double given = take_from_turns(world, island, 0);
+    double frame[3];
 
+    given = perp__take_turns(world, island, given, 0);
     if (given > 0.0 && island->joints == 0)
-        given = take_from_ways(world, island, given);
+        given = take_from_ways(world, island, given, NULL);
     for (int32_t k = 1; k >= 0 && given > 0.0 && island->joints == 0; k--)
         given = take_impulses(world, island, given, k);
-    return given > 0.0 && island->joints == 0 ? take_from_turns(world, island, 1) : given;
+    if (given > 0.0 && island->joints == 0 && perp__find_frame(world, island, frame))
+        given = take_from_ways(world, island, given, frame);
+    return island->joints == 0 ? perp__take_turns(world, island, given, 1) : given;
 }
 
 /* Of all dynamic bodies, where they are asked for. */

@@ -235,13 +235,10 @@ static perp_status project_island(perp_world *world, const perp__island *island,
     (void)perp__find_carrying(world, island, 0, &carrying);
     pose(world, island, most);
     status = solve_shifts(world, island, &found);
-    if (found && carrying.body >= 0)
-        found = longest_displacement(world, island) <= (LONGEST_WAY + island->bodies) * longest;
     if (status != PERP_OK)
         return status;
-    for (int32_t i = 0; i < island->bodies && !found; i++)
-        memset(perp__island_motion(world, island, i)->shift, 0, 6 * sizeof(double));
-    if (found) {
+    if (found && (carrying.body < 0 || longest_displacement(world, island) <=
+                                           (LONGEST_WAY + island->bodies) * longest)) {
         shorten(world, island, most);
         apply(world, island);
     }

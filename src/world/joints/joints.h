@@ -155,9 +155,11 @@ double perp__energy_gained(const perp_world *world, const perp__island *island, 
 /* The same beyond what motors can do, and of what is left of that what is not rounding. */
 double perp__energy_given(const perp_world *world, const perp__island *island);
 /* Energy that was given goes whence it came: from turns, and where contacts alone act from ways,
- * friction where slips turn round, all impulses, and all that turns. So momentum is that of the
- * impulses that are told. Returns what is left. */
-double perp__take_given(perp_world *world, const perp__island *island);
+ * friction where slips turn round, all impulses, all ways, and all that turns. So momentum is that
+ * of the impulses that are told. Returns what is left. */
+double perp__take_given(perp_world *world, const perp__island *island, double given);
+/* The same from what turns gave, or all that turns, each body's share from its own. */
+double perp__take_turns(perp_world *world, const perp__island *island, double given, int32_t all);
 /* The kinetic energy beside that of a velocity. */
 double perp__kinetic_beside(const perp_world *world, const perp__island *island, const double *v);
 /* What ways left by their turns; with no more energy than `gained` and what the step left. */

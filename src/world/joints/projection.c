@@ -429,7 +429,7 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed)
         if (!(given > 0.0))
             continue;
         *changed = 1;
-        given = perp__take_given(world, island);
+        given = perp__take_given(world, island, given);
         if (given > 0.0 && keep_energy(world, island, given))
             (void)perp__island_errors(world, island);
         place_again(world, island);
@@ -445,8 +445,9 @@ perp_status perp__close_joints(perp_world *world, const perp__island *island, do
 
     for (int32_t i = 0; i < island->bodies; i++)
         gained += perp__island_motion(world, island, i)->unspent;
-    gained = perp__energy_gained(world, island, &rounding) - gained; /* NaN: seen by several */
-    if (gained > rounding && !perp__has_put(world, island))
-        take_energy(world, island, gained - rounding);
+    gained = perp__energy_gained(world, island, &rounding) - gained - rounding;
+    if (gained > 0.0 && !perp__has_put(world, island)) /* NaN: seen by several */
+        take_energy(world, island,
+                    island->joints > 0 ? gained : perp__take_turns(world, island, gained, 1));
     return status;
 }
