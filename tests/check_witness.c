@@ -160,24 +160,76 @@ static long double violation(const check_lcp *problem, int32_t i, double w, int 
 
 /* ---- rows that are off by what they carry at an ordinary size of z ---- */
 
-/* size[k] := the largest |q_i| 2^units_i of what row i, or column k - n, hangs together with; units
- * NULL: the caller's. */
+/* sides[part[i]] := the largest |q_i| rows_i of what row i, or column part[n + j], hangs together
+ * with. */
+static void raise_sides(const check_lcp *problem, const int32_t *part, const long double *row,
+                        long double *size)
+{
+    const int32_t n = problem->M->rows;
+    long double *of_part = check_allocate(2 * (size_t)n, sizeof *of_part);
+    int32_t i;
+
+    for (i = 0; i < n; i++)
+        if (problem->q[i] != 0.0)
+            of_part[part[i]] = fmaxl(of_part[part[i]], row[i] * fabsl((long double)problem->q[i]));
+    for (i = 0; i < 2 * n; i++)
+        size[i] = of_part[part[i]];
+    free(of_part);
+}
+
+/* The same in units, NULL: the caller's, of what hangs together by any couplings. */
 static void find_sides(const check_lcp *problem, const int32_t *units, long double *size)
 {
     const int32_t n = problem->M->rows;
     int32_t *part = check_allocate(2 * (size_t)n, sizeof *part);
-    long double *of_part = check_allocate(2 * (size_t)n, sizeof *of_part);
-    int32_t i, k;
+    long double *row = check_allocate((size_t)n, sizeof *row);
 
+    for (int32_t i = 0; i < n; i++)
+        row[i] = ldexpl(1.0L, units ? units[i] : 0);
     check_parts(problem->M, part);
-    for (i = 0; i < n; i++) {
-        const long double q = ldexpl(fabsl((long double)problem->q[i]), units ? units[i] : 0);
+    raise_sides(problem, part, row, size);
+    free(row);
+    free(part);
+}
 
-        of_part[part[i]] = fmaxl(of_part[part[i]], q);
-    }
-    for (k = 0; k < 2 * n; k++)
-        size[k] = of_part[part[k]];
-    free(of_part);
+/* cap[j] := the largest right side that z_j hangs together with by significant couplings, in units
+ * in which the largest entry of every row, then of every column, is 1. */
+static void find_caps(const rows *r, const check_lcp *problem, long double *cap)
+{
+    const int32_t n = problem->M->rows;
+    int32_t *part = check_allocate(2 * (size_t)n, sizeof *part);
+    long double *row = check_allocate((size_t)n, sizeof *row);
+    long double *column = check_allocate((size_t)n, sizeof *column);
+    long double *size = check_allocate(2 * (size_t)n, sizeof *size);
+    int32_t i;
+    size_t p;
+    int changed = 1;
+
+    for (p = 0; p < r->count; p++)
+        row[r->list[p].row] = fmaxl(row[r->list[p].row], fabsl((long double)r->list[p].value));
+    for (i = 0; i < n; i++)
+        row[i] = 1.0L / row[i];
+    for (p = 0; p < r->count; p++)
+        column[r->list[p].column] = fmaxl(
+            column[r->list[p].column], row[r->list[p].row] * fabsl((long double)r->list[p].value));
+    for (i = 0; i < 2 * n; i++)
+        part[i] = i;
+    while (changed)
+        for (changed = 0, p = 0; p < r->count; p++) {
+            const int32_t k = r->list[p].row, j = r->list[p].column;
+            const int32_t first = part[k] < part[n + j] ? part[k] : part[n + j];
+
+            if (row[k] * fabsl((long double)r->list[p].value) < r->least * column[j])
+                continue;
+            changed |= part[k] != part[n + j];
+            part[k] = part[n + j] = first;
+        }
+    raise_sides(problem, part, row, size);
+    for (i = 0; i < n; i++)
+        cap[i] = size[n + i] / column[i];
+    free(size);
+    free(column);
+    free(row);
     free(part);
 }
 
@@ -198,9 +250,11 @@ static void find_allowed(const rows *r, const check_lcp *problem, long double *a
     long double *raw = check_allocate(2 * (size_t)n, sizeof *raw);
     long double *scaled = check_allocate(2 * (size_t)n, sizeof *scaled);
     long double *diagonal = check_allocate((size_t)n, sizeof *diagonal);
+    long double *cap = check_allocate((size_t)n, sizeof *cap);
     int32_t i;
     size_t p;
 
+    find_caps(r, problem, cap);
     find_sides(problem, NULL, raw);
     find_sides(problem, r->units, scaled);
     for (i = 0; i < n; i++)
@@ -210,8 +264,7 @@ static void find_allowed(const rows *r, const check_lcp *problem, long double *a
         long double z = r->carried[j];
 
         if (problem->q[r->list[p].row] != 0.0)
-            z = fminl(z,
-                      fminl(ldexpl(raw[n + j], -r->units[j]), 2.0L * power_below(scaled[n + j])));
+            z = fminl(z, fminl(ldexpl(cap[j], -r->units[j]), 2.0L * power_below(scaled[n + j])));
         allowed[r->list[p].row] += size_of(r, p) * z;
         if (r->list[p].row == j)
             diagonal[j] = size_of(r, p);
@@ -224,6 +277,7 @@ static void find_allowed(const rows *r, const check_lcp *problem, long double *a
         allowed[i] =
             fmaxl(r->least * allowed[i], 0x1p-52L * fminl(omega, ldexpl(raw[i], r->units[i])));
     }
+    free(cap);
     free(diagonal);
     free(scaled);
     free(raw);

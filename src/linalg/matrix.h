@@ -203,10 +203,10 @@ static inline int32_t perp__advance(perp__cursor *c)
  * by signs alone, not by size. Returns how many there are. part: 2 n entries; work: n. */
 int32_t perp__find_parts(const perp__matrix *M, int32_t *part, double *work);
 
-/* The same of entries |M_ij| 2^(e_i + e_j) >= least, e = exponents, |e_i| <= 511; rows with `tied`
- * (NULL: none) belong to the part of their columns. */
-int32_t perp__find_significant_parts(const perp__matrix *M, const int32_t *exponents, double least,
-                                     const int32_t *tied, int32_t *part, double *work);
+/* The same of entries |M_ij| >= least rows_i columns_j; rows with `tied` (NULL: none) belong to the
+ * part of their columns. */
+int32_t perp__cut_parts(const perp__matrix *M, const double *rows, const double *columns,
+                        double least, const int32_t *tied, int32_t *part);
 
 /* ---- principal blocks: the rows and columns of a square matrix that an index list names ---- */
 

@@ -209,20 +209,18 @@ void perp__scaled_row_norms(const perp__matrix *M, const int32_t *exponents, dou
 
 /* ---- parts ---- */
 
-int32_t perp__find_significant_parts(const perp__matrix *M, const int32_t *exponents, double least,
-                                     const int32_t *tied, int32_t *part, double *work)
+int32_t perp__cut_parts(const perp__matrix *M, const double *rows, const double *columns,
+                        double least, const int32_t *tied, int32_t *part)
 {
     const int32_t n = M->rows;
 
     for (int32_t i = 0; i < 2 * n; i++)
         part[i] = i;
-    for (int32_t i = 0; i < n; i++) {
-        work[i] = exponents ? perp__power_of_two(exponents[i]) : 1.0;
-        if (tied && tied[i])
+    for (int32_t i = 0; i < n && tied; i++)
+        if (tied[i])
             perp__join(part, i, n + i);
-    }
     for (perp__cursor c = perp__first(M); perp__advance(&c);)
-        if (part[c.i] != part[n + c.j] && fabs(c.value) * (work[c.i] * work[c.j]) >= least)
+        if (part[c.i] != part[n + c.j] && fabs(c.value) >= least * (rows[c.i] * columns[c.j]))
             perp__join(part, c.i, n + c.j);
     return perp__number_parts(part, 2 * n);
 }
@@ -245,8 +243,10 @@ int32_t perp__find_parts(const perp__matrix *M, int32_t *part, double *work)
             i++;
         is_one = i == n;
     }
+    for (int32_t i = 0; i < n; i++)
+        work[i] = 1.0;
     if (!is_one)
-        return perp__find_significant_parts(M, NULL, 0.0, NULL, part, work);
+        return perp__cut_parts(M, work, work, 0.0, NULL, part);
     memset(part, 0, 2 * (size_t)n * sizeof *part);
     return 1;
 }

@@ -16,16 +16,10 @@
  * variables at rest pass none on. The largest t is that of the rows that cancel, among those that
  * hang together by significant couplings.
  *
- * Multipliers that cancel each other excuse nothing: equations that contradict each other are met
- * to tol of what 1e10 of them carry. So each row must hold to sqrt(tol) of what it carries itself,
- *
- *     v_i <= sqrt(tol) (|q_i| + sum_j |M_ij| min(|z_j|, max |q|)),
- *
- * the maximum being that of its part, in these units and in the caller's. Two kinds of rows may
- * miss more. A row with a diagonal has that for a unit, in which sqrt(tol) of the right sides is
- * little; one without has any unit, and is off by its right side in all of them. And rows without
- * a right side hold at z = 0: where setting what they consist of to 0 leaves all other rows as good
- * as they must be, their terms were rounding alone. Contradictions need a right side (Farkas).
+ * And each row must hold to sqrt(tol) of what it carries itself at an ordinary size of z, in these
+ * units and in those of its rows: docs/lcp.md has this rule. Rows without a right side hold at z =
+ * 0: where setting what they consist of to 0 leaves all other rows as good as they must be, their
+ * terms were rounding alone. Contradictions need a right side (Farkas).
  *
  * Units are not unique. Those of the equilibration come from diagonals and from couplings to them:
  * where one may be noise, as in [[1e-13, 4], [-4, 0]], the caller's units are balanced instead. */
@@ -68,7 +62,9 @@ static int32_t cut_and_tie(perp__witness *t, const perp__matrix *M, double least
 {
     int32_t all = 1;
 
-    perp__find_significant_parts(M, t->exponents, least, tied, t->cut, t->scales);
+    for (int32_t i = 0; i < M->rows; i++)
+        t->scales[i] = perp__power_of_two(-t->exponents[i]);
+    perp__cut_parts(M, t->scales, t->scales, least, tied, t->cut);
     for (int32_t i = 0; i < M->rows; i++) {
         t->is_free[i] = t->cut[i] == t->cut[M->rows + i];
         all &= t->is_free[i];
@@ -207,10 +203,8 @@ static void find_violations(perp__witness *t, const perp__witness_point *p, doub
 
         t->is_free[i] = !at_lower && !at_upper;
         t->wrong[i] = at_lower && at_upper ? 0.0 : perp__shift(v, shift);
-        if (!(perp__shift(fabs(p->w[i]), shift) <= least * t->terms[i]))
-            t->rounding[i] = 0.0;
-        else
-            t->rounding[i] = t->terms[i];
+        t->rounding[i] =
+            perp__shift(fabs(p->w[i]), shift) <= least * t->terms[i] ? t->terms[i] : 0.0;
     }
     start_sizes(t, p);
 }
@@ -219,26 +213,37 @@ static void find_violations(perp__witness *t, const perp__witness_point *p, doub
  * contact laws have such in place of zeros. */
 #define NOISE_OF_SIDES DBL_EPSILON
 
-/* ordinary := |z_j|, but no larger than the right sides of its part, unless the caller says that
- * these are of no account; most := these, in the caller's units. omega is a power of two near the
- * largest right side, which is at most twice as large. Returns whether at least so much
- * of every |z_j| is ordinary: then least^2 of a row's terms is least of its ordinary ones. */
+/* ordinary := |z_j|, but no larger than the right sides that z_j hangs together with by couplings
+ * of `least`, in units in which the largest entry of every row, then of every column, is 1; nor
+ * than those of its part, of which omega is at least half; unless the caller says that right sides
+ * are of no account. most := those of parts, in the caller's units. Returns whether at least so
+ * much of every |z_j| is ordinary: then least^2 of a row's terms is least of its ordinary ones. */
 static int32_t find_ordinary(perp__witness *t, const perp__witness_point *p, double least)
 {
     const int32_t n = p->M->rows;
-    double *side = t->most;
-    int32_t all = 1;
+    double *row = t->around, *column = t->scales, *side = t->most, *ordinary = t->ordinary;
+    int32_t *part = t->omega_of_part, all = 1;
 
+    for (int32_t i = 0; i < n; i++)
+        row[i] = column[i] = side[i] = side[n + i] = 0.0;
+    for (perp__cursor c = perp__first(p->M); perp__advance(&c);)
+        perp__raise_to(&row[c.i], fabs(c.value));
+    for (perp__cursor c = perp__first(p->M); perp__advance(&c);)
+        if (c.value != 0.0)
+            perp__raise_to(&column[c.j], fabs(c.value) / row[c.i]);
+    perp__cut_parts(p->M, row, column, least, NULL, part);
+    for (int32_t i = 0; i < n; i++)
+        if (p->q[i] != 0.0)
+            perp__raise_to(&side[part[i]], fabs(p->q[i]) / row[i]);
+    for (int32_t j = 0; j < n; j++)
+        ordinary[j] =
+            perp__shift(side[part[n + j]] / column[j], -t->exponents[j] - t->omegas[n + j]);
     start_sizes(t, p);
-    for (int32_t i = 0; i < n; i++)
-        side[p->part[i]] = side[p->part[n + i]] = 0.0;
-    for (int32_t i = 0; i < n; i++)
-        perp__raise_to(&side[p->part[i]], fabs(p->q[i]));
+    memset(side, 0, 2 * (size_t)n * sizeof *side);
     for (int32_t i = 0; i < n; i++) {
-        const double most = perp__shift(side[p->part[n + i]], -t->exponents[i] - t->omegas[n + i]);
-
-        t->ordinary[i] = p->least ? t->carried[i] : fmin(t->carried[i], fmin(most, 2.0));
-        all &= least * t->carried[i] <= t->ordinary[i];
+        ordinary[i] = p->least ? t->carried[i] : fmin(t->carried[i], fmin(ordinary[i], 2.0));
+        all &= least * t->carried[i] <= ordinary[i];
+        perp__raise_to(&side[p->part[i]], fabs(p->q[i]));
     }
     return all;
 }
@@ -248,7 +253,6 @@ static int32_t find_ordinary(perp__witness *t, const perp__witness_point *p, dou
 static void find_allowed(perp__witness *t, const perp__witness_point *p, double least)
 {
     const int32_t n = p->M->rows;
-    const double *side = t->most;
 
     for (int32_t i = 0; i < n; i++)
         t->allowed[i] = perp__shift(fabs(p->q[i]), t->exponents[i] - t->omegas[i]);
@@ -256,7 +260,7 @@ static void find_allowed(perp__witness *t, const perp__witness_point *p, double 
         t->allowed[c.i] += entry(t, &c) * (p->q[c.i] != 0.0 ? t->ordinary[c.j] : t->carried[c.j]);
     for (int32_t i = 0; i < n; i++) {
         const int32_t shift = t->exponents[i] - t->omegas[i];
-        const double noise = NOISE_OF_SIDES * fmin(1.0, perp__shift(side[p->part[i]], shift));
+        const double noise = NOISE_OF_SIDES * fmin(1.0, perp__shift(t->most[p->part[i]], shift));
         const double d = perp__shift(perp__entry(p->M, i, i), 2 * t->exponents[i]);
         const double size = fabs(d) >= least ? fmax(t->allowed[i], 1.0) : t->allowed[i];
 
@@ -347,27 +351,22 @@ double perp__witness_own_residual(perp__witness *t, const perp__witness_point *p
     if (is_unmet(t, p, least))
         return INFINITY;
     find_neighbours(t, p->M, least);
+    /* 2. Rows whose numbers are or may have been beyond the range of doubles have no common unit
+     * with their neighbours: each violation beside its own terms, in the caller's units. Terms that
+     * overflow excuse nothing. */
     for (int32_t i = 0; i < p->M->rows; i++) {
         const double size = t->around[i] + perp__floor_of(p->tol) * t->most[t->cut[i]];
         const int32_t unit = abs(t->exponents[i]);
         const int32_t is_extreme = !(size >= PERP__LEAST_PRODUCT && size < INFINITY) ||
                                    unit >= FARTHEST_UNIT || unit + abs(t->omegas[i]) >= FARTHEST;
+        const double v = is_extreme ? violation_of_row(p, i) : t->wrong[i];
 
-        t->is_free[i] = is_extreme;
-        extremes |= t->is_free[i];
-        if (!t->is_free[i] && t->wrong[i] != 0.0)
-            perp__raise_to(&largest, t->wrong[i] / size);
-    }
-    /* 2. Rows whose numbers are or may have been beyond the range of doubles have no common unit
-     * with their neighbours: each violation beside its own terms, in the caller's units. Terms that
-     * overflow excuse nothing. */
-    if (extremes)
-        perp__find_terms(p->M, p->q, p->z, NULL, NULL, t->terms);
-    for (int32_t i = 0; i < p->M->rows && extremes; i++) {
-        const double v = violation_of_row(p, i);
-
-        if (t->is_free[i] && v != 0.0)
+        if (is_extreme && !extremes++)
+            perp__find_terms(p->M, p->q, p->z, NULL, NULL, t->terms);
+        if (v != 0.0 && is_extreme)
             perp__raise_to(&largest, t->terms[i] < INFINITY ? v / t->terms[i] : INFINITY);
+        else if (v != 0.0)
+            perp__raise_to(&largest, v / size);
     }
     return largest;
 }
