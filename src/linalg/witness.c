@@ -148,11 +148,9 @@ static int32_t is_small_in_rows(perp__witness *t, const perp__witness_point *p, 
 void perp__find_terms(const perp__matrix *M, const double *q, const double *z, const int32_t *units,
                       const int32_t *omegas, double *terms)
 {
-    perp__cursor c = perp__first(M);
-
     for (int32_t i = 0; i < M->rows; i++)
         terms[i] = units ? perp__shift(fabs(q[i]), units[i] - omegas[i]) : fabs(q[i]);
-    while (perp__advance(&c)) {
+    for (perp__cursor c = perp__first(M); perp__advance(&c);) {
         const double term = fabs(c.value * z[c.j]);
 
         terms[c.i] += units ? perp__shift(term, units[c.i] - omegas[c.i]) : term;
@@ -274,13 +272,12 @@ static const double *find_homogeneous(perp__witness *t, const perp__witness_poin
 {
     const int32_t n = p->M->rows;
     double *met = t->most, *missed = t->most + n;
-    int32_t changed = 1;
 
     for (int32_t i = 0; i < n; i++) {
         met[i] = p->q[i] == 0.0;
         missed[i] = !(p->lower[i] <= 0.0 && p->upper[i] >= 0.0);
     }
-    while (changed) {
+    for (int32_t changed = 1; changed;) {
         changed = 0;
         for (perp__cursor c = perp__first(p->M); perp__advance(&c);)
             if (met[c.i] == 0.0 && missed[c.j] == 0.0 &&

@@ -75,10 +75,11 @@ def test_what_stays_rests(seed: int, level: str, planar: bool) -> None:
 
 @pytest.mark.parametrize("planar", (False, True))
 @pytest.mark.parametrize("level", LEVELS)
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", range(12))
 def test_what_is_hit_between_walls_goes_on(seed: int, level: str, planar: bool) -> None:
     """A box just as wide as its chute stands, by walls that press as hard as friction needs. Hit, it
-    goes on with what hit it, or stops it; it does not stop alone."""
+    goes on with what hit it, or stops it; it does not stop alone: at fast it did, hit by what is
+    so quick that what the box makes of it is within tol."""
     random = np.random.default_rng(seed)
     count, h = 2 if planar else 3, 0.01
     up = np.eye(count)[-1]
@@ -88,8 +89,8 @@ def test_what_is_hit_between_walls_goes_on(seed: int, level: str, planar: bool) 
     box = world.add_body(1.0, position=0 * up)
     box.add_box((0.5, 0.2) if planar else (0.5, 0.3, 0.2))
     world.step(h)
-    ball = world.add_body(10 ** random.uniform(-1, 1), position=0.3 * up,
-                          velocity=-random.uniform(2.0, 5.0) * up)
+    ball = world.add_body(10 ** random.uniform(-2, 1), position=0.3 * up,
+                          velocity=-10 ** random.uniform(0.3, 2.2) * up)
     ball.add_sphere(0.1)
     for _ in range(3):
         world.step(h)

@@ -232,14 +232,10 @@ static perp__statics *find_statics(perp_world *world, const uint64_t *key, int32
     int32_t oldest = 0;
 
     *is_known = 0;
-    for (int32_t i = 0; i < PERP__STANDING_KEPT; i++) {
-        if (key && standing->statics[i] &&
-            memcmp(standing->key[i], key, sizeof standing->key[i]) == 0) {
-            *is_known = 1;
-            oldest = i;
-            break;
-        }
-        if (standing->used[i] < standing->used[oldest])
+    for (int32_t i = 0; i < PERP__STANDING_KEPT && !*is_known; i++) {
+        *is_known = key && standing->statics[i] &&
+                    memcmp(standing->key[i], key, sizeof standing->key[i]) == 0;
+        if (*is_known || standing->used[i] < standing->used[oldest])
             oldest = i;
     }
     if (!standing->statics[oldest])
@@ -422,20 +418,27 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
 }
 
 /* Change of unit i's velocities, work.v -> work.still, beside the free ones of its bodies, in units
- * of the tested residual: its law lacks no more then. None of what is open, and stays so. */
-static double change_of(const perp_world *world, const perp__island *island, int32_t i)
+ * of the tested residual: its law lacks no more then. None of what is open, and stays so; INFINITY
+ * where that closes it, or parts a joint, faster than forces explain, unless it is `slowly`. */
+static double change_of(const perp_world *world, const perp__island *island, int32_t i,
+                        int32_t slowly)
 {
     const perp__island_work *work = &world->work;
     const perp__rigid_rows *rows = &work->rows[i];
     const int32_t m = island->bodies, n = world->dof;
+    const int32_t tested = slowly ? 0 : i >= work->count ? rows->dim : work->impulse[3 * i] > 0.0;
     double change = 0.0, trace = 0.0, drive = 0.0;
 
     if (i < work->count && work->impulse[3 * i] == 0.0 &&
         perp__row_velocity(world, i, 0, work->still, m, 1) + rows->bias[0] >= 0.0)
         return 0.0;
     for (int32_t k = 0; k < rows->dim; k++) {
-        change = perp__length2(change, perp__row_velocity(world, i, k, work->v, m, 1) -
-                                           perp__row_velocity(world, i, k, work->still, m, 1));
+        const double by = perp__row_velocity(world, i, k, work->v, m, 1) -
+                          perp__row_velocity(world, i, k, work->still, m, 1);
+
+        if (k < tested && fabs(by) > perp__forced_speed(world, island, i, 1))
+            return INFINITY;
+        change = perp__length2(change, by);
         trace += perp__moved_by(world, island, rows, k);
     }
     for (int32_t k = 0; k < 2 && change > 0.0; k++)
@@ -468,7 +471,7 @@ static int32_t part(perp_world *world, const perp__island *island, int32_t slowl
     }
     for (int32_t i = 0; i < work->units && may; i++)
         if (moves(world, island, i))
-            perp__raise_to(change, change_of(world, island, i));
+            perp__raise_to(change, change_of(world, island, i, slowly));
         else
             may = !swept || i >= work->count || perp__step_flags(world, island, i)->moved ||
                   !perp__is_deep(perp__step_contact(world, island, i));
