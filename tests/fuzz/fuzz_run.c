@@ -142,15 +142,20 @@ static int32_t read_step(const simulator *sim, const perp_contact_step *s,
 
     for (int32_t k = 0; k < sim->counts[0]; k++) {
         const record *c = &sim->records[k];
+        const int32_t planar = c->dim == 3 && s->source->surface_at == 0;
+        int32_t dim = c->dim == 1 ? 1 : 3;
 
         if (c->row < 0 || !moves(sim, c->row))
             continue;
+        for (int32_t i = 1; i < 3 && planar; i++) /* a tangent that moves nothing is left out */
+            dim -= !moves(sim, c->row + i);
         name_item(items, count, 0, c->geoms[0], c->geoms[1]);
-        if (laws->dims[count] != (c->dim == 1 ? 1 : 3) || s->first[count] != row ||
-            laws->mu[count] != (c->dim == 1 ? 0.0 : c->friction[0]))
+        if (laws->dims[count] != dim || s->first[count] != row ||
+            laws->mu[count] != (dim == 1 ? 0.0 : c->friction[0]))
             fuzz_fail("run: dimension, friction and place of contact %d", count);
         for (int32_t slot = 0; slot < SLOTS; slot++)
-            if (orders[c->dim][slot] >= 0) {
+            if (orders[c->dim][slot] >= 0 &&
+                (!planar || slot == 0 || moves(sim, c->row + orders[c->dim][slot]))) {
                 const double *mu = c->friction;
                 double scale = slot == 2 && mu[1] != mu[0]   ? mu[1] / mu[0]
                                : slot == 4 && mu[4] != mu[3] ? mu[4] / mu[3]
