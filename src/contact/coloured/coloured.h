@@ -29,6 +29,7 @@
 #define PERP__PIECE_BODIES 128
 
 enum { PERP__GROUP = 8, PERP__PAIR_POINTS = 4, PERP__COLOURS = 64, PERP__COLOURED_PIECES = 64 };
+enum { PERP__FAR_POINTS = 512 }; /* 1.8 MB: with fewer, asking ahead takes up to .15 of a pass */
 
 /* A contact of each of the eight pairs. Where a pair has none all is 0 and `contact` is -1. */
 typedef struct perp__lane_point {

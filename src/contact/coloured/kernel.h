@@ -205,8 +205,7 @@ TARGET PERP__KERNEL static void NAME(ask)(const perp__coloured *c, const perp__l
             prefetch((const char *)&c->point[group->first + k] + at);
 }
 
-/* One of the three for each contact, with y; `width` is known where this is compiled. 2 MB of
- * points are far from the processor: asked for as many groups ahead as a pair has points. */
+/* One of the three for each contact, with y; `width` is known here. What is far is asked for. */
 TARGET PERP__KERNEL static void NAME(pass_of_width)(perp__coloured *c, int32_t width, int32_t what,
                                                     double *y, int32_t first, int32_t end)
 {
@@ -215,8 +214,8 @@ TARGET PERP__KERNEL static void NAME(pass_of_width)(perp__coloured *c, int32_t w
 
         if (group->rests && what == PERP__COLOURED_SWEEP)
             continue;
-        if (width > 3 && what == PERP__COLOURED_SWEEP &&
-            c->points > PERP__COLOURED_PIECES * PERP__GROUP && g + PERP__PAIR_POINTS < end)
+        if (width > 3 && what == PERP__COLOURED_SWEEP && c->points > PERP__FAR_POINTS &&
+            g + PERP__PAIR_POINTS < end)
             NAME(ask)(c, group + PERP__PAIR_POINTS, y);
         for (int32_t at = 0; at < group->pairs; at += LANES) {
             lanes A[8], B[8], momentum;
