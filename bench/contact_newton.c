@@ -30,9 +30,9 @@ static void begin(task *t, perp_context *context, const piles_options *options, 
 
     piles_make(&t->scene, options);
     require(perp_contact_laws_init(&laws, sizeof laws) == PERP_OK &&
-                perp_contact_dynamics_init(&dynamics, sizeof dynamics) == PERP_OK &&
+                perp_struct_init(&dynamics, sizeof dynamics) == PERP_OK &&
                 perp_contact_settings_init(&settings, sizeof settings) == PERP_OK &&
-                perp_contact_result_init(&t->result, sizeof t->result) == PERP_OK,
+                perp_struct_init(&t->result, sizeof t->result) == PERP_OK,
             "structs");
     laws.contacts = t->scene.contacts;
     laws.dims = t->scene.dims;

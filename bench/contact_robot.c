@@ -408,12 +408,12 @@ static solver *new_solver(perp_context *context, double tol)
     perp_contact_settings settings;
     memset(o, 0, sizeof *o);
     require(perp_contact_settings_init(&settings, sizeof settings) == PERP_OK &&
-                perp_matrix_init(&o->M, sizeof o->M) == PERP_OK &&
-                perp_matrix_init(&o->H, sizeof o->H) == PERP_OK &&
-                perp_matrix_init(&o->G, sizeof o->G) == PERP_OK &&
+                perp_struct_init(&o->M, sizeof o->M) == PERP_OK &&
+                perp_struct_init(&o->H, sizeof o->H) == PERP_OK &&
+                perp_struct_init(&o->G, sizeof o->G) == PERP_OK &&
                 perp_contact_laws_init(&o->laws, sizeof o->laws) == PERP_OK &&
-                perp_contact_dynamics_init(&o->dynamics, sizeof o->dynamics) == PERP_OK &&
-                perp_contact_result_init(&o->result, sizeof o->result) == PERP_OK,
+                perp_struct_init(&o->dynamics, sizeof o->dynamics) == PERP_OK &&
+                perp_struct_init(&o->result, sizeof o->result) == PERP_OK,
             "structs");
     settings.tol = tol;
     require(perp_contact_solver_create(context, &o->perp, &settings) == PERP_OK, "solver");

@@ -45,7 +45,7 @@ static void begin(bench *b, const piles_options *options, const perp_contact_set
     piles_make(&b->p, options);
     require(perp_context_create(&b->context, NULL) == PERP_OK, "no context");
     require(perp_contact_laws_init(&laws, sizeof laws) == PERP_OK, "laws");
-    require(perp_contact_dynamics_init(&dynamics, sizeof dynamics) == PERP_OK, "dynamics");
+    require(perp_struct_init(&dynamics, sizeof dynamics) == PERP_OK, "dynamics");
     laws.contacts = b->p.contacts;
     laws.dims = b->p.dims;
     laws.mu = b->p.mu;
@@ -81,7 +81,7 @@ static double fastest(bench *b, const double *f, const double *r0, int repeats,
     double best = INFINITY;
     for (int k = 0; k < repeats; k++) {
         double started = processor_seconds();
-        require(perp_contact_result_init(result, sizeof *result) == PERP_OK, "result");
+        require(perp_struct_init(result, sizeof *result) == PERP_OK, "result");
         require(perp_contact_solver_solve_dynamics(b->solver, NULL, b->r, NULL, b->modes, NULL,
                                                    result, f, b->p.w, NULL, r0) == PERP_OK,
                 perp_context_message(b->context));

@@ -61,8 +61,8 @@ static void dense(int n, int32_t method, int32_t crash)
             M[i + j * n] = sum;
         }
     perp_lcp_settings_init(&settings, sizeof settings);
-    perp_lcp_result_init(&result, sizeof result);
-    perp_matrix_init(&view, sizeof view);
+    perp_struct_init(&result, sizeof result);
+    perp_struct_init(&view, sizeof view);
     perp_matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, n, n, M, n);
     settings.method = method;
     settings.crash = crash;
@@ -96,7 +96,7 @@ static void scenes(int least, int most, int wanted, int32_t method)
     char row[64];
     int taken = 0;
     perp_lcp_settings_init(&settings, sizeof settings);
-    perp_lcp_result_init(&result, sizeof result);
+    perp_struct_init(&result, sizeof result);
     settings.method = method;
     for (uint64_t seed = 1; taken < wanted; seed++) {
         scene_options options = scene_draw(seed);
@@ -139,7 +139,7 @@ static void pile(const char *bench, int32_t method, int32_t class, int32_t conta
     piles_make(&p, &options);
     double *r = require_memory(2 * (size_t)p.rows * sizeof *r), *start = r + p.rows;
     double *f = require_memory((size_t)p.n * sizeof *f);
-    perp_contact_result_init(&result, sizeof result);
+    perp_struct_init(&result, sizeof result);
     laws = piles_laws(&p);
     dynamics = piles_dynamics(&p);
     require(perp_contact_solver_create(context, &solver, &settings) == PERP_OK &&

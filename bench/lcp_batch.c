@@ -70,8 +70,8 @@ static double loop(perp_context *context, problems *p)
     perp_matrix M;
     double start = seconds_now();
     perp_status status = perp_lcp_solver_create(context, &solver, NULL);
-    perp_lcp_result_init(&result, sizeof result);
-    perp_matrix_init(&M, sizeof M);
+    perp_struct_init(&result, sizeof result);
+    perp_struct_init(&M, sizeof M);
     for (int64_t k = 0; k < p->count && status == PERP_OK; k++) {
         const size_t at = (size_t)k * (size_t)p->n;
         perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, p->n, p->n, p->M + at * (size_t)p->n, p->n);

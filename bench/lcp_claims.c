@@ -26,7 +26,7 @@ static void allocate(problem *lcp, int n)
 static perp_matrix view_of(const problem *lcp)
 {
     perp_matrix view;
-    perp_matrix_init(&view, sizeof view);
+    perp_struct_init(&view, sizeof view);
     perp_matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, lcp->n, lcp->n, lcp->M, lcp->n);
     return view;
 }
@@ -83,9 +83,9 @@ static void claim(perp_context *context, problem *lcp, double condition, tally *
     perp_lcp_proof proof;
     perp_lcp_sensitivity_info info;
     perp_lcp_sensitivity *slope = NULL;
-    perp_lcp_result_init(&result, sizeof result);
-    perp_lcp_proof_init(&proof, sizeof proof);
-    perp_lcp_sensitivity_info_init(&info, sizeof info);
+    perp_struct_init(&result, sizeof result);
+    perp_struct_init(&proof, sizeof proof);
+    perp_struct_init(&info, sizeof info);
     require(perp_lcp_solve(context, lcp->z, NULL, NULL, &result, NULL, &view, lcp->q, NULL, NULL,
                            NULL) == PERP_OK,
             "a solve failed");
@@ -186,7 +186,7 @@ static void measure_all(perp_context *context, const char *name, problem *lcp)
     perp_lcp_enumeration found;
     perp_matrix view = view_of(lcp);
     perp_lcp_settings_init(&settings, sizeof settings);
-    perp_lcp_enumeration_init(&found, sizeof found);
+    perp_struct_init(&found, sizeof found);
     settings.time_limit = 60;
     require(perp_lcp_all(context, &found, &settings, &view, lcp->q, NULL, NULL, NULL, NULL) ==
                 PERP_OK,

@@ -88,7 +88,7 @@ static void solve(perp_context *context, const mode *m, const scene_options *o, 
     scene_lcp(&problem, o);
     z = require_memory((size_t)problem.n * sizeof *z);
     perp_lcp_settings_init(&settings, sizeof settings);
-    perp_lcp_result_init(&result, sizeof result);
+    perp_struct_init(&result, sizeof result);
     settings.method = m->method;
     settings.pivot_rule = m->rule;
     settings.scaling = m->scaling;

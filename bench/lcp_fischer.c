@@ -147,8 +147,8 @@ static void measure(perp_context *context, problem *lcp, const char *kind)
     perp_lcp_solver *solver = NULL;
     perp_matrix view;
     perp_lcp_settings_init(&settings, sizeof settings);
-    perp_lcp_result_init(&result, sizeof result);
-    perp_matrix_init(&view, sizeof view);
+    perp_struct_init(&result, sizeof result);
+    perp_struct_init(&view, sizeof view);
     perp_status status =
         perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, lcp->n, lcp->n, lcp->M, lcp->n);
     settings.method = PERP_LCP_FISCHER;

@@ -77,8 +77,8 @@ static void measure(perp_context *context, const problem *lcp, int32_t method, d
     double times[3];
     int repeats = 0;
     perp_lcp_settings_init(&settings, sizeof settings);
-    perp_lcp_result_init(&result, sizeof result);
-    perp_matrix_init(&view, sizeof view);
+    perp_struct_init(&result, sizeof result);
+    perp_struct_init(&view, sizeof view);
     perp_matrix_csc(&view, lcp->n, lcp->n, lcp->starts, lcp->rows, lcp->values);
     settings.method = method;
     settings.relaxation = relaxation;

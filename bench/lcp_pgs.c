@@ -106,7 +106,7 @@ static double solve_time(perp_lcp_solver *solver, const problem *lcp,
 {
     perp_lcp_result result;
     double start;
-    require(perp_lcp_result_init(&result, sizeof result) == PERP_OK, "no result");
+    require(perp_struct_init(&result, sizeof result) == PERP_OK, "no result");
     require(perp_lcp_solver_set(solver, settings) == PERP_OK, "settings refused");
     start = seconds_now();
     require(perp_lcp_solver_solve(solver, lcp->z, NULL, NULL, &result, lcp->q, NULL) == PERP_OK,
@@ -126,7 +126,7 @@ static void measure_sweeps(perp_context *context, int k, int sweep, double gbyte
     problem lcp;
     create_membrane(&lcp, k);
     little.sweep = much.sweep = sweep;
-    require(perp_matrix_init(&view, sizeof view) == PERP_OK, "no view");
+    require(perp_struct_init(&view, sizeof view) == PERP_OK, "no view");
     require(perp_matrix_csc(&view, lcp.n, lcp.n, lcp.starts, lcp.rows, lcp.values) == PERP_OK,
             "view refused");
     require(perp_lcp_solver_create(context, &solver, &little) == PERP_OK, "no solver");
@@ -177,7 +177,7 @@ static void measure_to(perp_lcp_solver *solver, const double *q, double *z, cons
     settings.sweep = how->sweep;
     settings.acceleration = how->acceleration;
     settings.polish = how->polish;
-    require(perp_lcp_result_init(&result, sizeof result) == PERP_OK, "no result");
+    require(perp_struct_init(&result, sizeof result) == PERP_OK, "no result");
     require(perp_lcp_solver_set(solver, &settings) == PERP_OK, "settings refused");
     for (int r = 0; r < 5 && (r == 0 || least < 0.5); r++) {
         require(perp_lcp_solver_solve(solver, z, NULL, NULL, &result, q, NULL) == PERP_OK,
@@ -209,7 +209,7 @@ static void measure_membrane(perp_context *context, int k)
     problem lcp;
     create_membrane(&lcp, k);
     snprintf(name, sizeof name, "membrane %d", k);
-    require(perp_matrix_init(&view, sizeof view) == PERP_OK, "no view");
+    require(perp_struct_init(&view, sizeof view) == PERP_OK, "no view");
     require(perp_matrix_csc(&view, lcp.n, lcp.n, lcp.starts, lcp.rows, lcp.values) == PERP_OK,
             "view refused");
     require(perp_lcp_solver_create(context, &solver, NULL) == PERP_OK, "no solver");
@@ -241,7 +241,7 @@ static void measure_stack(perp_context *context, double ratio)
         }
     }
     snprintf(name, sizeof name, "stack %g", ratio);
-    require(perp_matrix_init(&view, sizeof view) == PERP_OK, "no view");
+    require(perp_struct_init(&view, sizeof view) == PERP_OK, "no view");
     require(perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, N, N, W, N) == PERP_OK,
             "view refused");
     require(perp_lcp_solver_create(context, &solver, NULL) == PERP_OK, "no solver");

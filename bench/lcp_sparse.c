@@ -384,8 +384,8 @@ static void measure(const char *name, const problem *lcp, int32_t method, int cr
     int has_klu = find_klu(&found);
     require(perp_context_create(&context, NULL) == PERP_OK, "no context");
     perp_lcp_settings_init(&settings, sizeof settings);
-    perp_lcp_result_init(&result, sizeof result);
-    perp_matrix_init(&view, sizeof view);
+    perp_struct_init(&result, sizeof result);
+    perp_struct_init(&view, sizeof view);
     settings.method = method;
     settings.crash = crash;
     perp_status status =

@@ -90,7 +90,7 @@ static void create(engine *e, const motion_scene *s, int32_t accuracy)
         add_body(e, &s->body[i], &e->bodies[i]);
     for (int i = 0; i < s->joints; i++)
         add_joint(e, &s->joint[i]);
-    check(e, perp_step_result_init(&e->result, sizeof e->result));
+    check(e, perp_struct_init(&e->result, sizeof e->result));
 }
 
 static void destroy(engine *e)
@@ -125,7 +125,7 @@ static void look(void *object, int begun)
 {
     engine *e = object;
     perp_world_contact contact;
-    check(e, perp_world_contact_init(&contact, sizeof contact));
+    check(e, perp_struct_init(&contact, sizeof contact));
     for (int32_t i = 0; begun && i < e->result.contacts; i++) {
         check(e, perp_world_get_contact(e->world, &contact, i));
         e->overlap = fmax(e->overlap, -contact.gap);

@@ -33,9 +33,9 @@ static void measure(perp_context *context, zoo_problem *problem, int32_t method)
     double *z = require_memory((size_t)problem->n * sizeof *z), times[3];
     int solved = 0, repeats = 0;
     perp_ncp_settings_init(&settings, sizeof settings);
-    perp_ncp_problem_init(&view, sizeof view);
-    perp_ncp_result_init(&first, sizeof first);
-    perp_ncp_result_init(&result, sizeof result);
+    perp_struct_init(&view, sizeof view);
+    perp_struct_init(&first, sizeof first);
+    perp_struct_init(&result, sizeof result);
     settings.method = method;
     settings.time_limit = TIME_LIMIT;
     zoo_view(problem, &view);

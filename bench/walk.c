@@ -57,8 +57,8 @@ static void walk_lcp(perp_context *context)
         for (int j = 0; j < SIZE; j++)
             M[SIZE * i + j] = 1.0 / (1 + abs(i - j)) + (i == j);
     }
-    perp_matrix_init(&view, sizeof view);
-    perp_lcp_result_init(&result, sizeof result);
+    perp_struct_init(&view, sizeof view);
+    perp_struct_init(&result, sizeof result);
     require(!perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, SIZE, SIZE, M, SIZE), "view");
     follows = 1;
     status = perp_lcp_solve(context, z, w, NULL, &result, NULL, &view, q, NULL, NULL, NULL);
@@ -89,7 +89,7 @@ static void walk_world(perp_context *context, int rows, double speed)
     perp_world *world = NULL;
     perp_step_result result;
 
-    perp_step_result_init(&result, sizeof result);
+    perp_struct_init(&result, sizeof result);
     require(!perp_world_create(context, &world, NULL), perp_context_message(context));
     require(!perp_world_add_plane(world, NULL, perp_world_ground(world), up, 0, NULL), "plane");
     for (int row = 0; row < rows; row++)
@@ -141,7 +141,7 @@ static void walk_theta(perp_context *context)
     perp_status status;
 
     perp_mechanism_model_init(&model, sizeof model);
-    perp_mechanism_run_result_init(&result, sizeof result);
+    perp_struct_init(&result, sizeof result);
     model.velocities = 2;
     model.contacts = 1, model.dim = 2;
     model.mass = mass, model.force = force, model.contact_rows = contacts;

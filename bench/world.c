@@ -73,7 +73,7 @@ static void create(engine *e, const scene *s, int32_t accuracy, int32_t substeps
     e->bodies = require_memory((size_t)s->count * sizeof *e->bodies);
     for (int i = 0; i < s->count; i++)
         add(e, &s->bodies[i], &e->bodies[i]);
-    check(e, perp_step_result_init(&e->result, sizeof e->result));
+    check(e, perp_struct_init(&e->result, sizeof e->result));
 }
 
 static void destroy(engine *e)
@@ -152,7 +152,7 @@ static void play(const scene *s, int32_t accuracy, int32_t substeps, double seco
     }
     create(&e, s, accuracy, substeps, 0);
     scene_play(s, &e, step, read_state, record, seconds, 1);
-    check(&e, perp_world_stats_init(&stats, sizeof stats));
+    check(&e, perp_struct_init(&stats, sizeof stats));
     check(&e, perp_world_get_stats(e.world, &stats));
     const double each = 1e3 / (double)stats.steps;
     printf("phases %.4g %.4g %.4g %.4g\n", each * stats.seconds_collide, each * stats.seconds_solve,

@@ -50,7 +50,7 @@ static perp_status hang(perp_world *world, perp_body weight, perp_joint top)
     perp_status status = run(world, 1, 0.01);
 
     perp_body_state_init(&state, sizeof state);
-    perp_joint_state_init(&joint, sizeof joint);
+    perp_struct_init(&joint, sizeof joint);
     if (status == PERP_OK)
         status = perp_world_get_body(world, &state, weight);
     if (status == PERP_OK)

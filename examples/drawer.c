@@ -21,8 +21,8 @@ static perp_status tell(perp_load_friction *drawer, double force)
     perp_status status;
     int32_t k;
 
-    perp_load_summary_init(&summary, sizeof summary);
-    perp_load_found_init(&found, sizeof found);
+    perp_struct_init(&summary, sizeof summary);
+    perp_struct_init(&found, sizeof found);
     status = perp_load_friction_solve(drawer, &summary, &force, &moving);
     if (status != PERP_OK)
         return status;
@@ -45,7 +45,7 @@ static perp_status step(perp_load_friction *drawer)
     double velocity = 1;
     perp_status status;
 
-    perp_load_step_init(&result, sizeof result);
+    perp_struct_init(&result, sizeof result);
     status =
         perp_load_friction_step(drawer, &velocity, NULL, &result, &force, &velocity, NULL, 1e-3);
     if (status == PERP_OK)
@@ -63,12 +63,12 @@ static perp_status drawer_with_offset(perp_context *context, double offset)
     perp_matrix inertia, load;
     perp_status status;
 
-    perp_matrix_init(&inertia, sizeof inertia);
-    perp_matrix_init(&load, sizeof load);
+    perp_struct_init(&inertia, sizeof inertia);
+    perp_struct_init(&load, sizeof load);
     perp_matrix_dense(&inertia, PERP_STORAGE_ROW_MAJOR, 1, 1, &m, 1);
     perp_matrix_dense(&load, PERP_STORAGE_ROW_MAJOR, 1, 1, &arm, 1);
     perp_load_system_init(&system, sizeof system);
-    perp_load_uniqueness_init(&unique, sizeof unique);
+    perp_struct_init(&unique, sizeof unique);
     system.n = 1;
     system.A = &inertia;
     system.C = &load;

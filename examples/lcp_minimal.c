@@ -11,9 +11,9 @@ int main(void)
     perp_matrix view;
     perp_lcp_result result;
 
-    perp_matrix_init(&view, sizeof view);
+    perp_struct_init(&view, sizeof view);
     perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 2, 2, M, 2);
-    perp_lcp_result_init(&result, sizeof result);
+    perp_struct_init(&result, sizeof result);
     if (perp_context_create(&context, NULL) != PERP_OK)
         return 1;
     if (perp_lcp_solve(context, z, w, NULL, &result, NULL, &view, q, NULL, NULL, NULL) != PERP_OK) {

@@ -79,7 +79,7 @@ int main(void)
     model.contacts = 1, model.dim = 1, model.dry = 1;
     model.restitution = restitution;
     model.mass = mass, model.force = force, model.contact_rows = contacts, model.dry_rows = dry;
-    perp_mechanism_run_result_init(&result, sizeof result);
+    perp_struct_init(&result, sizeof result);
     if (!status)
         status = perp_mechanism_create(context, &bead, NULL, &model);
     if (!status)

@@ -42,11 +42,11 @@ int main(void)
     perp_ncp_result result;
     int i;
 
-    perp_ncp_problem_init(&problem, sizeof problem);
+    perp_struct_init(&problem, sizeof problem);
     problem.n = FIRMS;
     problem.function = marginal_loss;
     problem.user = &m;
-    perp_ncp_result_init(&result, sizeof result);
+    perp_struct_init(&result, sizeof result);
     if (perp_context_create(&context, NULL) != PERP_OK)
         return 1;
     if (perp_ncp_solve(context, q, NULL, &result, NULL, &problem, start) != PERP_OK) {

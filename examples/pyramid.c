@@ -51,12 +51,12 @@ static perp_status run(perp_world *world, double *residual, double *fastest, int
     perp_status status = PERP_OK;
 
     *residual = *fastest = 0;
-    perp_step_result_init(&result, sizeof result);
+    perp_struct_init(&result, sizeof result);
     for (int step = 0; step < steps && status == PERP_OK; step++) {
         status = perp_world_step(world, &result, 0.01);
         *residual = fmax(*residual, result.residual);
     }
-    perp_world_states_init(&states, sizeof states);
+    perp_struct_init(&states, sizeof states);
     if (status == PERP_OK)
         status = perp_world_get_states(world, &states);
     for (int k = 0; k < states.slots && status == PERP_OK; k++) {

@@ -197,10 +197,10 @@ static int solve_all(perp_context *context, problem *lcp, const options *chosen)
     int unsolved = 0;
 
     /* the matrix stays where it is: perp looks at it through a view */
-    perp_matrix_init(&M, sizeof M);
+    perp_struct_init(&M, sizeof M);
     perp_matrix_csc(&M, lcp->M.rows, lcp->M.columns, lcp->M.column_starts, lcp->M.row_indices,
                     lcp->M.values);
-    perp_lcp_result_init(&result, sizeof result);
+    perp_struct_init(&result, sizeof result);
 
     if (perp_lcp_solver_create(context, &solver, &settings) != PERP_OK ||
         perp_lcp_solver_setup(solver, &M, lcp->lower, lcp->upper) != PERP_OK)

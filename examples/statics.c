@@ -33,17 +33,17 @@ static perp_status hold(perp_context *context, double height)
 
     add_finger(&H[0], -1, -height / 2, 1);
     add_finger(&H[2], 1, height / 2, -1);
-    perp_matrix_init(&view, sizeof view);
+    perp_struct_init(&view, sizeof view);
     perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 2 * FINGERS, N, H[0], N);
     perp_contact_laws_init(&laws, sizeof laws);
     laws.contacts = FINGERS;
     laws.dim = 2;
     laws.mu = mu;
-    perp_statics_problem_init(&problem, sizeof problem);
+    perp_struct_init(&problem, sizeof problem);
     problem.n = N;
     problem.laws = &laws;
     problem.H = &view;
-    perp_statics_result_init(&result, sizeof result);
+    perp_struct_init(&result, sizeof result);
     for (int k = 0; k <= N && status == PERP_OK; k++) {
         problem.f = loads[k];
         status = perp_contact_statics(context, NULL, v, &result, &problem, NULL);

@@ -140,11 +140,11 @@ static perp_status solve_contacts(perp_contact_solver *solver, simulator *s,
         f[i] = masses[i] * s->v[i] - (i % 6 == 2 ? h * mass * g : 0.0);
     }
     starts[N] = N;
-    perp_matrix_init(&M, sizeof M);
+    perp_struct_init(&M, sizeof M);
     perp_matrix_csc(&M, N, N, starts, rows, masses);
-    perp_matrix_init(&H, sizeof H);
+    perp_struct_init(&H, sizeof H);
     perp_matrix_dense(&H, PERP_STORAGE_ROW_MAJOR, 3 * s->contacts, N, s->H, N);
-    perp_contact_dynamics_init(&dynamics, sizeof dynamics);
+    perp_struct_init(&dynamics, sizeof dynamics);
     dynamics.n = N;
     dynamics.M = &M;
     dynamics.H = &H;
@@ -171,7 +171,7 @@ static perp_status run(perp_context *context, double mu)
     if (!s)
         return PERP_ERROR_MEMORY;
     build(s);
-    perp_contact_result_init(&result, sizeof result);
+    perp_struct_init(&result, sizeof result);
     perp_contact_settings_init(&settings, sizeof settings);
     settings.tol = 1e-10;
     status = perp_contact_solver_create(context, &solver, &settings);

@@ -28,7 +28,7 @@ static void steps(scene *s, double h, int count)
     perp_step_result result;
     int k;
 
-    perp_step_result_init(&result, sizeof result);
+    perp_struct_init(&result, sizeof result);
     for (k = 0; k < count && !extreme_said.refused; k++) {
         perp_status status = perp_world_step(s->world, &result, h);
 

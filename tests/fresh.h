@@ -1,4 +1,4 @@
-/* Structs of the interface as their _init leaves them: perp_lcp_settings settings =
+/* Structs of the interface as their initialisers leave them: perp_lcp_settings settings =
  * fresh_lcp_settings(). */
 #ifndef PERP_TESTS_FRESH_H
 #define PERP_TESTS_FRESH_H
@@ -6,54 +6,56 @@
 #include <perp/mechanism.h>
 #include <perp/perp.h>
 
-#define FRESH(kind)                                                          \
-    static inline perp_##kind fresh_##kind(void)                             \
-    {                                                                        \
-        perp_##kind fresh;                                                   \
-                                                                             \
-        assert_int_equal(perp_##kind##_init(&fresh, sizeof fresh), PERP_OK); \
-        return fresh;                                                        \
+#define FRESH_BY(kind, init)                                   \
+    static inline perp_##kind fresh_##kind(void)               \
+    {                                                          \
+        perp_##kind fresh;                                     \
+                                                               \
+        assert_int_equal(init(&fresh, sizeof fresh), PERP_OK); \
+        return fresh;                                          \
     }
-FRESH(lcp_settings)
+#define FRESH(kind) FRESH_BY(kind, perp_struct_init)
+#define FRESH_DEFAULTS(kind) FRESH_BY(kind, perp_##kind##_init)
+FRESH_DEFAULTS(lcp_settings)
 FRESH(lcp_result)
 FRESH(lcp_proof)
 FRESH(lcp_sensitivity_info)
 FRESH(lcp_enumeration)
-FRESH(contact_laws)
+FRESH_DEFAULTS(contact_laws)
 FRESH(contact_dynamics)
-FRESH(contact_settings)
+FRESH_DEFAULTS(contact_settings)
 FRESH(contact_result)
 FRESH(contact_sensitivity_info)
 FRESH(statics_problem)
 FRESH(statics_settings)
 FRESH(statics_result)
 FRESH(ncp_problem)
-FRESH(ncp_settings)
+FRESH_DEFAULTS(ncp_settings)
 FRESH(ncp_result)
 FRESH(ncp_check)
-FRESH(mechanism_model)
-FRESH(mechanism_settings)
+FRESH_DEFAULTS(mechanism_model)
+FRESH_DEFAULTS(mechanism_settings)
 FRESH(mechanism_step)
 FRESH(mechanism_run_result)
 FRESH(mechanism_found)
 FRESH(mechanism_summary)
 FRESH(mechanism_check_result)
-FRESH(load_system)
-FRESH(load_settings)
+FRESH_DEFAULTS(load_system)
+FRESH_DEFAULTS(load_settings)
 FRESH(load_found)
 FRESH(load_summary)
 FRESH(load_uniqueness)
 FRESH(load_inverse)
 FRESH(load_step)
 FRESH(compliant_system)
-FRESH(compliant_settings)
+FRESH_DEFAULTS(compliant_settings)
 FRESH(compliant_result)
 FRESH(compliant_stability)
 FRESH(bristle)
-FRESH(body_settings)
-FRESH(body_state)
-FRESH(shape_settings)
-FRESH(joint_settings)
+FRESH_DEFAULTS(body_settings)
+FRESH_DEFAULTS(body_state)
+FRESH_DEFAULTS(shape_settings)
+FRESH_DEFAULTS(joint_settings)
 FRESH(joint_state)
 FRESH(step_result)
 FRESH(world_stats)
@@ -62,6 +64,8 @@ FRESH(world_states)
 FRESH(matrix)
 FRESH(context_settings)
 #undef FRESH
+#undef FRESH_DEFAULTS
+#undef FRESH_BY
 
 /* Views of rows by columns numbers, one row after the other, and of compressed columns. */
 static inline perp_matrix matrix_rows(const double *values, int32_t rows, int32_t columns)

@@ -264,7 +264,7 @@ static void begin_csc(gen_lcp *problem, int32_t n, int32_t entries)
     problem->column_starts = gen_allocate((size_t)n + 1, sizeof(int32_t));
     problem->row_indices = gen_allocate((size_t)entries, sizeof(int32_t));
     problem->values = gen_allocate((size_t)entries, sizeof(double));
-    assert_int_equal(perp_matrix_init(&problem->view, sizeof problem->view), PERP_OK);
+    assert_int_equal(perp_struct_init(&problem->view, sizeof problem->view), PERP_OK);
     assert_int_equal(perp_matrix_csc(&problem->view, n, n, problem->column_starts,
                                      problem->row_indices, problem->values),
                      PERP_OK);

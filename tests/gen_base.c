@@ -86,7 +86,7 @@ void gen_begin_dense(gen_lcp *problem, int32_t n)
 {
     gen_begin(problem, n);
     problem->M = gen_allocate((size_t)n * (size_t)n, sizeof(double));
-    if (perp_matrix_init(&problem->view, sizeof problem->view) != PERP_OK ||
+    if (perp_struct_init(&problem->view, sizeof problem->view) != PERP_OK ||
         perp_matrix_dense(&problem->view, PERP_STORAGE_ROW_MAJOR, n, n, problem->M,
                           n > 0 ? n : 1) != PERP_OK)
         abort();

@@ -136,7 +136,7 @@ void grid_problem(gen_lcp *problem, gen_random *random, const grid_options *opti
     free(g.order);
     free(g.node);
     free(g.conductivity);
-    assert_int_equal(perp_matrix_init(&problem->view, sizeof problem->view), PERP_OK);
+    assert_int_equal(perp_struct_init(&problem->view, sizeof problem->view), PERP_OK);
     assert_int_equal(perp_matrix_csc(&problem->view, n, n, problem->column_starts,
                                      problem->row_indices, problem->values),
                      PERP_OK);

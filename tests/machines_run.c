@@ -48,7 +48,7 @@ perp_status machine_run(machine_record *record, perp_context *context, const mac
         record->stop[i] = record->hit[i] = INFINITY;
     w.record = record;
     w.machine = m;
-    status = perp_mechanism_run_result_init(&record->result, sizeof record->result);
+    status = perp_struct_init(&record->result, sizeof record->result);
     if (status == PERP_OK)
         status = perp_mechanism_create(context, &mechanism, settings, &m->model);
     if (status == PERP_OK)

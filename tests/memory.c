@@ -34,7 +34,7 @@ perp_context_settings memory_settings(memory *m)
 {
     perp_context_settings settings;
 
-    assert_int_equal(perp_context_settings_init(&settings, sizeof settings), PERP_OK);
+    assert_int_equal(perp_struct_init(&settings, sizeof settings), PERP_OK);
     settings.allocate = limited_allocate;
     settings.release = limited_release;
     settings.allocator_user = m;

@@ -234,7 +234,7 @@ perp_contact_dynamics piles_dynamics(const piles *p)
 {
     perp_contact_dynamics dynamics;
 
-    (void)perp_contact_dynamics_init(&dynamics, sizeof dynamics);
+    (void)perp_struct_init(&dynamics, sizeof dynamics);
     dynamics.n = p->n;
     dynamics.M = &p->M;
     dynamics.H = &p->H;
@@ -258,7 +258,7 @@ perp_status piles_solve(perp_context *context, const piles *p,
     const perp_contact_laws laws = piles_laws(p);
     const perp_contact_dynamics dynamics = piles_dynamics(p);
 
-    (void)perp_contact_result_init(result, sizeof *result);
+    (void)perp_struct_init(result, sizeof *result);
     return perp_contact_solve(context, v, r, u, NULL, NULL, result, settings, &laws, &dynamics,
                               p->f, p->w, NULL, r0);
 }

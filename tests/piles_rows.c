@@ -149,8 +149,8 @@ void piles_assemble(piles *p, const piles_scene *s, const piles_options *options
     fill_f(p, s);
     fill_H(p, s);
     fill_w(p, s, options->restitution);
-    check(perp_matrix_init(&p->M, sizeof p->M) == PERP_OK);
-    check(perp_matrix_init(&p->H, sizeof p->H) == PERP_OK);
+    check(perp_struct_init(&p->M, sizeof p->M) == PERP_OK);
+    check(perp_struct_init(&p->H, sizeof p->H) == PERP_OK);
     check(perp_matrix_csc(&p->M, p->n, p->n, p->M_starts, p->M_rows, p->M_values) == PERP_OK);
     check(perp_matrix_csc(&p->H, p->rows, p->n, p->H_starts, p->H_rows, p->H_values) == PERP_OK);
 }

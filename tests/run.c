@@ -41,7 +41,7 @@ void run_view(run *r, perp_context *context, const perp_matrix *M, const double 
     r->ray = check_allocate(n, sizeof(double));
     for (i = 0; i < n; i++) /* an entry that is not written is found */
         r->z[i] = r->w[i] = r->ray[i] = NAN;
-    assert_int_equal(perp_lcp_result_init(&r->result, sizeof r->result), PERP_OK);
+    assert_int_equal(perp_struct_init(&r->result, sizeof r->result), PERP_OK);
     r->status =
         perp_lcp_solve(context, r->z, r->w, r->ray, &r->result, settings, M, q, lower, upper, z0);
     if (r->status != PERP_OK)

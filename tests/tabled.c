@@ -134,7 +134,7 @@ void tabled_make(tabled *r, int32_t n, int32_t contact_count, int32_t dim)
     memset(r, 0, sizeof *r);
     assert_int_equal(perp_mechanism_model_init(&r->model, sizeof r->model), PERP_OK);
     assert_int_equal(perp_mechanism_settings_init(&r->settings, sizeof r->settings), PERP_OK);
-    assert_int_equal(perp_mechanism_step_init(&r->step, sizeof r->step), PERP_OK);
+    assert_int_equal(perp_struct_init(&r->step, sizeof r->step), PERP_OK);
     r->model.velocities = n;
     r->model.contacts = contact_count;
     r->model.dim = dim;

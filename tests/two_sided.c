@@ -157,7 +157,7 @@ static void prepare(const both_problem *p, int32_t method, perp_contact_laws *la
                     perp_contact_settings *settings, both_answer *a)
 {
     memset(a, 0, sizeof *a);
-    assert_int_equal(perp_contact_result_init(&a->result, sizeof a->result), PERP_OK);
+    assert_int_equal(perp_struct_init(&a->result, sizeof a->result), PERP_OK);
     assert_int_equal(perp_contact_laws_init(laws, sizeof *laws), PERP_OK);
     laws->contacts = p->contacts;
     laws->dims = p->dims;
@@ -178,7 +178,7 @@ void both_by_delassus(const both_problem *p, int32_t method, const double *r0, b
     perp_matrix W;
     prepare(p, method, &laws, &settings, a);
     laws.bilateral = p->bilateral;
-    assert_int_equal(perp_matrix_init(&W, sizeof W), PERP_OK);
+    assert_int_equal(perp_struct_init(&W, sizeof W), PERP_OK);
     assert_int_equal(perp_matrix_dense(&W, PERP_STORAGE_ROW_MAJOR, p->size, p->size, p->W, MOST),
                      PERP_OK);
     assert_int_equal(perp_contact_solve_delassus(both_context, a->r, a->u, a->modes, a->ray,
@@ -200,7 +200,7 @@ static int32_t solve_mass(double *x, int32_t columns, void *user)
 
 static void view(perp_matrix *A, int32_t rows, int32_t columns, const double *values)
 {
-    assert_int_equal(perp_matrix_init(A, sizeof *A), PERP_OK);
+    assert_int_equal(perp_struct_init(A, sizeof *A), PERP_OK);
     assert_int_equal(perp_matrix_dense(A, PERP_STORAGE_ROW_MAJOR, rows, columns, values, MOST),
                      PERP_OK);
 }
@@ -209,7 +209,7 @@ void both_set(both_problem *p, int32_t method, int callback, both_rig *g, both_a
 {
     const int32_t rows = p->rows + p->bounded;
     prepare(p, method, &g->laws, &g->settings, a);
-    assert_int_equal(perp_contact_dynamics_init(&g->dynamics, sizeof g->dynamics), PERP_OK);
+    assert_int_equal(perp_struct_init(&g->dynamics, sizeof g->dynamics), PERP_OK);
     view(&g->M, p->n, p->n, p->M);
     view(&g->H, rows, p->n, p->H);
     view(&g->G, p->bilateral, p->n, p->H + rows * MOST);

@@ -5,12 +5,13 @@
  * - Argument order: the object the call acts on, outputs, inputs, then a callback followed by its
  *   `void *user`. An output that may be NULL is 'not needed'.
  * - A function that can fail returns a `perp_status`: PERP_OK (0), or a negative PERP_ERROR_*.
- * After a negative status no output has been written, the object is as it was before the call, and
- *   perp_context_message() names the argument and the index at fault.
+ * - After a negative status no output has been written, the object is as it was before the call,
+ *   and perp_context_message() names the argument and the index at fault.
  * - What the mathematics said (solved, no solution, limit reached) is not an error: it is an
  *   'outcome', found in the result struct of a call that returned PERP_OK.
- * - Every struct that crosses this boundary starts with `struct_size` and is initialised by its
- *   perp_..._init(&x, sizeof x) before any field is set. Structs grow at the tail only.
+ * - Every struct that crosses this boundary starts with `struct_size`. Before any field is set it
+ * is initialised by its perp_..._init(&x, sizeof x), or by perp_struct_init(&x, sizeof x) where it
+ *   has none. Structs grow at the tail only.
  * - Handles (context, solver, world) are owned by the caller and released by their _destroy
  *   function, which accepts NULL. Arrays belong to the caller throughout.
  * - A context and everything created from it belong to one thread at a time; different contexts
@@ -121,10 +122,13 @@ typedef struct perp_context_settings {
     void *log_user;
 } perp_context_settings;
 
-/* Sets every field to its default. `size` is sizeof *settings as the caller compiled it.
- * Returns PERP_OK, or PERP_ERROR_ABI if `settings` is NULL or `size` is not a size that this
- * library knows. */
-PERP_API perp_status perp_context_settings_init(perp_context_settings *settings, size_t size);
+/* Begins a struct whose fields are all 0 by default, as results and problems are: zeroes it and
+ * sets struct_size. Other structs have an _init of their own, which sets every field to its default
+ * and refuses sizes below the struct's first release.
+ *
+ * Returns: PERP_OK, or PERP_ERROR_ABI if `object` is NULL or no struct has this size.
+ * In:      size: sizeof *object as the caller compiled it. */
+PERP_API perp_status perp_struct_init(void *object, size_t size);
 
 /* Creates a context.
  *

@@ -37,10 +37,6 @@ typedef struct perp_bristle {
     double damping;   /* of the bristles; >= 0; LuGre only */
 } perp_bristle;
 
-/* Sets every field to its default. Returns PERP_OK, or PERP_ERROR_ABI for NULL or an unknown size.
- */
-PERP_API perp_status perp_bristle_init(perp_bristle *law, size_t size);
-
 /* Gives the force of steady sliding and its derivative.
  *
  * Returns: PERP_OK; PERP_ERROR_ARGUMENT (kinetic <= 0, breakaway < kinetic, ...), _NOT_FINITE

@@ -193,9 +193,7 @@ typedef struct perp_contact_result {
 
 /* Set every field to its default. Return PERP_OK, or PERP_ERROR_ABI for NULL or an unknown size. */
 PERP_API perp_status perp_contact_laws_init(perp_contact_laws *laws, size_t size);
-PERP_API perp_status perp_contact_dynamics_init(perp_contact_dynamics *dynamics, size_t size);
 PERP_API perp_status perp_contact_settings_init(perp_contact_settings *settings, size_t size);
-PERP_API perp_status perp_contact_result_init(perp_contact_result *result, size_t size);
 
 /* Returns "separate", "stick", "slip", "lower" or "upper"; "unknown mode" otherwise. Static. */
 PERP_API const char *perp_contact_mode_text(int32_t mode);
@@ -267,7 +265,7 @@ PERP_API perp_status perp_contact_solver_setup_delassus(perp_contact_solver *sol
  *          modes: PERP_CONTACT_... for each contact and each row with bounds; or NULL.
  *          ray: as r: a direction of impulses, largest entry 1, written only if result->has_ray; or
  *             NULL.
- *          result: initialised by perp_contact_result_init.
+ *          result: initialised by perp_struct_init.
  * In:      f: n entries. w: rows entries. b: bilateral entries; NULL: 0.
  *          r0: as r, a start, projected onto the cones; or NULL.
  * Memory:  none allocated after the first call of a size (third-party factorisations excepted);
@@ -401,9 +399,6 @@ typedef struct perp_contact_step {
                        number for what M, H and G couple */
 } perp_contact_step;
 
-PERP_API perp_status perp_contact_source_init(perp_contact_source *source, size_t size);
-PERP_API perp_status perp_contact_step_init(perp_contact_step *step, size_t size);
-
 /* Arranges the rows that step.source has now: those that move anything, of tangents in dimension 3.
  * What lasts keeps its impulse in step.start; others begin at 0. J is dense, row by row.
  *
@@ -504,8 +499,6 @@ typedef struct perp_contact_run {
     int32_t again_count, reserved; /* reserved: 0 */
 } perp_contact_run;
 
-PERP_API perp_status perp_contact_run_init(perp_contact_run *run, size_t size);
-
 /* Makes steps until `steps` are done or the caller is needed. step.warm becomes whether the
  * last one is good, and stays where that is to be looked at.
  *
@@ -535,9 +528,6 @@ typedef struct perp_contact_sensitivity_info {
     double condition; /* estimate of cond_1 of the scaled equations; 1 if there are none */
 } perp_contact_sensitivity_info;
 
-PERP_API perp_status perp_contact_sensitivity_info_init(perp_contact_sensitivity_info *info,
-                                                        size_t size);
-
 /* Reads the modes of a solution and factors the equations of its active set.
  *
  * Where modes are strict v and r are smooth functions of the data near them (a contact that holds
@@ -553,7 +543,7 @@ PERP_API perp_status perp_contact_sensitivity_info_init(perp_contact_sensitivity
  *
  * Returns: PERP_OK, PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI, _HANDLE, _BUSY, _MEMORY or _CALLBACK.
  * Out:     sensitivity: the new handle, whatever the verdict; untouched after failure.
- *          info: initialised by perp_contact_sensitivity_info_init.
+ *          info: initialised by perp_struct_init.
  * In:      settings: tol is used; NULL for the defaults.
  *          laws, dynamics, f, w, b: as for perp_contact_solve. The arrays of M, H and G must stay
  *              in place and unchanged until the handle is destroyed; the rest is copied.

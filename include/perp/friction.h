@@ -230,16 +230,7 @@ typedef struct perp_load_friction perp_load_friction;
 
 PERP_API perp_status perp_load_system_init(perp_load_system *system, size_t size);
 PERP_API perp_status perp_load_settings_init(perp_load_settings *settings, size_t size);
-PERP_API perp_status perp_load_found_init(perp_load_found *found, size_t size);
-PERP_API perp_status perp_load_summary_init(perp_load_summary *summary, size_t size);
-PERP_API perp_status perp_load_uniqueness_init(perp_load_uniqueness *uniqueness, size_t size);
-PERP_API perp_status perp_load_inverse_init(perp_load_inverse *inverse, size_t size);
-PERP_API perp_status perp_load_step_init(perp_load_step *step, size_t size);
-PERP_API perp_status perp_compliant_system_init(perp_compliant_system *system, size_t size);
 PERP_API perp_status perp_compliant_settings_init(perp_compliant_settings *settings, size_t size);
-PERP_API perp_status perp_compliant_result_init(perp_compliant_result *result, size_t size);
-PERP_API perp_status perp_compliant_stability_init(perp_compliant_stability *stability,
-                                                   size_t size);
 
 /* Return the words ("dynamic", ...; "slide", ...; a sentence, "" for PERP_LOAD_WELL_POSED);
  * "unknown kind", "unknown mode", "unknown reason" otherwise. */
@@ -272,7 +263,7 @@ PERP_API void perp_load_friction_destroy(perp_load_friction *friction);
  *
  * Returns: PERP_OK, also where there is none; PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI, _HANDLE,
  *          _BUSY or _MEMORY (then the handle keeps no answers, else those it had).
- * Out:     summary: initialised by perp_load_summary_init.
+ * Out:     summary: initialised by perp_struct_init.
  * In:      tau, velocity: n entries; of the velocity only the signs count, 0.0 is at rest.
  * Cost:    2^n patterns in motion, 5^n at rest, n^3 each: 1 us at n = 4, 4 us at 8, 20 us at 12; a
  *          few patterns where friction is so weak that <A> - (mu |C| + |C|' mu) / 2 is positive
@@ -308,7 +299,7 @@ PERP_API perp_status perp_load_friction_uniqueness(perp_load_friction *friction,
  * Returns: as perp_load_friction_solve. The handle's answers are then those of that torque.
  * Out:     tau: n entries. A coordinate that stays at rest gets the torque without friction;
  *             any within mu_static |N_i| of it does.
- *          inverse: initialised by perp_load_inverse_init; or NULL. */
+ *          inverse: initialised by perp_struct_init; or NULL. */
 PERP_API perp_status perp_load_friction_inverse(perp_load_friction *friction, double *tau,
                                                 perp_load_inverse *inverse, const double *velocity,
                                                 const double *acceleration) PERP_WARN_UNUSED;
@@ -332,7 +323,7 @@ PERP_API perp_status perp_load_friction_inverse(perp_load_friction *friction, do
  *          untouched then), _ABI, _HANDLE, _BUSY or _MEMORY.
  * Out:     next: n velocities; normal: n normal forces N, or NULL. They may be `velocity` and
  *             `previous`.
- *          step: initialised by perp_load_step_init; or NULL.
+ *          step: initialised by perp_struct_init; or NULL.
  * In:      tau, velocity: n entries. previous: n normal forces of the step before, of which nan is
  *             unknown; NULL: all unknown. h > 0.
  * Cost:    5^n patterns, or a few, and those of perp_load_friction_solve: 10 us at n = 4 where they
@@ -360,7 +351,7 @@ PERP_API void perp_compliant_destroy(perp_compliant *compliant);
  *
  * Returns: PERP_OK; PERP_ERROR_ARGUMENT (an entry of slip that is not -1, 0 or 1, of load not -1 or
  *          1), _NOT_FINITE (eigenvalues that overflow), _ABI, _HANDLE or _BUSY.
- * Out:     stability: initialised by perp_compliant_stability_init. Stable if and only if, for all
+ * Out:     stability: initialised by perp_struct_init. Stable if and only if, for all
  *          gamma, Re gamma > 0 and damping^2 Re(gamma) |gamma|^2 > stiffness Im(gamma)^2.
  *          gamma: p eigenvalues of Gamma as pairs (real, imaginary); or NULL.
  *          eigenvalues: the 2 p roots of l^2 + gamma (damping l + stiffness), as pairs; or NULL.
@@ -380,7 +371,7 @@ PERP_API perp_status perp_compliant_linearise(perp_compliant *compliant,
  *          without `through`), _NOT_FINITE, _ABI, _HANDLE, _BUSY or _MEMORY (the first run in which
  *          something rests takes some).
  * Out:     x, v: n each; N: p normal forces, or NULL; x may be x0, v may be v0.
- *          result: initialised by perp_compliant_result_init.
+ *          result: initialised by perp_struct_init.
  * In:      settings: NULL for the defaults.
  * Cost:    about 5 p^3 + 15 n p a step.
  * Source:  L-stable SDIRK of order 4 with 5 stages: Hairer & Wanner, "Solving ODE II",

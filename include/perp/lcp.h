@@ -109,9 +109,9 @@ typedef struct perp_lcp_result {
     int32_t has_ray;         /* 1 if a verified ray was found (and written, if asked for) */
 } perp_lcp_result;
 
-/* Set every field to its default. Return PERP_OK, or PERP_ERROR_ABI for NULL or an unknown size. */
+/* Sets every field to its default. Returns PERP_OK, or PERP_ERROR_ABI for NULL or an unknown size.
+ */
 PERP_API perp_status perp_lcp_settings_init(perp_lcp_settings *settings, size_t size);
-PERP_API perp_status perp_lcp_result_init(perp_lcp_result *result, size_t size);
 
 /* Returns "auto", "lemke", "pgs", "fischer", "polish", "active_set", "patterns", "mprgp"; "unknown
  * method" otherwise. Static. */
@@ -162,7 +162,7 @@ PERP_API perp_status perp_lcp_solver_setup(perp_lcp_solver *solver, const perp_m
  *          w: n entries, M z + q recomputed from the caller's data; or NULL.
  *          ray: n entries, the direction of z along the secondary ray, largest entry 1; written
  *               only if result->has_ray; or NULL.
- *          result: initialised by perp_lcp_result_init.
+ *          result: initialised by perp_struct_init.
  * In:      q: n entries.
  *          z0: n entries, a start (pgs, fischer) or a guess of the active set: it is tried first
  *              (lemke, auto; only with polish = 1), and pivoting starts from the basis it names
@@ -236,8 +236,6 @@ typedef struct perp_lcp_proof {
     double radius;   /* regular: a solution z* has |z_i - z*_i| <= radius; else +inf */
 } perp_lcp_proof;
 
-PERP_API perp_status perp_lcp_proof_init(perp_lcp_proof *proof, size_t size);
-
 /* Proves that a true solution lies near z, for the very doubles given, all rounding counted.
  *
  * A is the set of variables that z, by the natural map, shows strictly between their bounds; a
@@ -252,7 +250,7 @@ PERP_API perp_status perp_lcp_proof_init(perp_lcp_proof *proof, size_t size);
  *          _HANDLE, _BUSY or _MEMORY, and then nothing was written.
  * Out:     radii: n entries, |z_i - z*_i| <= radii[i] (+inf without a proof), caller's units; or
  *                 NULL. 0 where z_i is exactly its bound, and z*_i too.
- *          proof: initialised by perp_lcp_proof_init.
+ *          proof: initialised by perp_struct_init.
  * In:      M, q, lower, upper: as for perp_lcp_solve. z: n entries, the point.
  * Cost:    |A| = k: about 5 k^3 flops and 4 n^2 doubles (dense M). Sparse M with an H-matrix (so an
  *          M-matrix) as its block: one or two sparse factorisations.
@@ -285,8 +283,6 @@ typedef struct perp_lcp_sensitivity_info {
     double condition; /* estimate of cond_1 of the equilibrated block; 1 if it is empty */
 } perp_lcp_sensitivity_info;
 
-PERP_API perp_status perp_lcp_sensitivity_info_init(perp_lcp_sensitivity_info *info, size_t size);
-
 /* Reads the index set of a solution off z by the natural map and factors its block M_AA.
  *
  * With strict complementarity and M_AA regular the solution near z is a smooth function of the
@@ -296,7 +292,7 @@ PERP_API perp_status perp_lcp_sensitivity_info_init(perp_lcp_sensitivity_info *i
  *
  * Returns: PERP_OK, PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI, _HANDLE, _BUSY or _MEMORY.
  * Out:     sensitivity: the new handle, whatever the verdict; untouched after failure.
- *          info: initialised by perp_lcp_sensitivity_info_init.
+ *          info: initialised by perp_struct_init.
  * In:      settings: tol and scaling are used; NULL for the defaults.
  *          M, q, lower, upper: as for perp_lcp_solve. M's arrays must stay in place and unchanged
  *             until the handle is destroyed; the others are copied.
@@ -373,8 +369,6 @@ typedef struct perp_lcp_enumeration {
     double seconds;   /* wall time of the call */
 } perp_lcp_enumeration;
 
-PERP_API perp_status perp_lcp_enumeration_init(perp_lcp_enumeration *result, size_t size);
-
 /* Finds all solutions of a small problem.
  *
  * The solutions with one index set form a polyhedron, mostly a point or empty. Reported are those
@@ -386,12 +380,16 @@ PERP_API perp_status perp_lcp_enumeration_init(perp_lcp_enumeration *result, siz
  *
  * Returns: PERP_OK; PERP_ERROR_ARGUMENT (also for n > 60), _NOT_FINITE, _ABI, _HANDLE, _BUSY,
  *          _MEMORY or _CALLBACK. After a negative status `result` is untouched; visits may have
- * been made. Out:     result: initialised by perp_lcp_enumeration_init. In:      settings: tol,
- * scaling, time_limit, max_iterations (nodes), monitor; NULL for the defaults. M, q, lower, upper:
- * as for perp_lcp_solve. visit: called for each solution; NULL: only counts are wanted. Cost:    up
- * to 2^n index sets, 3^n with finite bounds on both sides; about 0.3 us a node at n = 20, and
- * branches are cut where a row can't get its sign any more. Source:  polyhedra of index sets:
- * Cottle, Pang & Stone, section 3.1; vertices and rays by the double description method. */
+ *          been made.
+ * Out:     result: initialised by perp_struct_init.
+ * In:      settings: tol, scaling, time_limit, max_iterations (nodes), monitor; NULL for the
+ *              defaults.
+ *          M, q, lower, upper: as for perp_lcp_solve.
+ *          visit: called for each solution; NULL: only counts are wanted.
+ * Cost:    up to 2^n index sets, 3^n with finite bounds on both sides; about 0.3 us a node at
+ *          n = 20, and branches are cut where a row can't get its sign any more.
+ * Source:  polyhedra of index sets: Cottle, Pang & Stone, section 3.1; vertices and rays by the
+ *          double description method. */
 PERP_API perp_status perp_lcp_all(perp_context *context, perp_lcp_enumeration *result,
                                   const perp_lcp_settings *settings, const perp_matrix *M,
                                   const double *q, const double *lower, const double *upper,

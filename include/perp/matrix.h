@@ -35,9 +35,6 @@ typedef struct perp_matrix {
     const int32_t *row_indices;
 } perp_matrix;
 
-/* Sets every field to zero and struct_size to `size`. Returns PERP_OK or PERP_ERROR_ABI. */
-PERP_API perp_status perp_matrix_init(perp_matrix *matrix, size_t size);
-
 /* Fills an initialised view of a dense matrix. Row-major with leading_dimension = columns is a C
  * array `double M[rows][columns]`. Returns PERP_OK or PERP_ERROR_ABI; the numbers themselves are
  * checked where the view is used. */

@@ -330,12 +330,6 @@ typedef struct perp_mechanism perp_mechanism;
 /* Set every field to its default. Return PERP_OK, or PERP_ERROR_ABI for NULL or an unknown size. */
 PERP_API perp_status perp_mechanism_model_init(perp_mechanism_model *model, size_t size);
 PERP_API perp_status perp_mechanism_settings_init(perp_mechanism_settings *settings, size_t size);
-PERP_API perp_status perp_mechanism_step_init(perp_mechanism_step *step, size_t size);
-PERP_API perp_status perp_mechanism_run_result_init(perp_mechanism_run_result *result, size_t size);
-PERP_API perp_status perp_mechanism_found_init(perp_mechanism_found *found, size_t size);
-PERP_API perp_status perp_mechanism_summary_init(perp_mechanism_summary *summary, size_t size);
-PERP_API perp_status perp_mechanism_check_result_init(perp_mechanism_check_result *check,
-                                                      size_t size);
 
 /* Return "frozen", ...; "moreau", ...; "any", ...; a sentence. Static; "unknown ..." otherwise.
  * Modes: see perp_contact_mode_text. */
@@ -370,7 +364,7 @@ PERP_API perp_status perp_mechanism_set(perp_mechanism *mechanism,
  * Returns: PERP_OK with the verdict in result; PERP_ERROR_ARGUMENT (also: q is outside of what the
  *          mechanism is defined for), _NOT_FINITE, _ABI, _HANDLE, _BUSY, _MEMORY or _CALLBACK, and
  *          then nothing was written.
- * Out:     result: initialised by perp_mechanism_check_result_init.
+ * Out:     result: initialised by perp_struct_init.
  * In:      q: coordinates. v: n, for the bounds of dry friction. A state without special values
  *          (0, right angles) shows more.
  * Cost:    4 (n + 1) to 12 (n + 1) calls of the rows' callbacks. */
@@ -404,7 +398,7 @@ PERP_API perp_status perp_mechanism_check(perp_mechanism *mechanism,
  *          modes: contacts, then dry groups; or NULL.
  *          ray: rows as impulse: impulses that no motion can answer, written only if step->has_ray;
  *             or NULL.
- *          step: initialised by perp_mechanism_step_init.
+ *          step: initialised by perp_struct_init.
  * In:      h > 0. q0: coordinates. v0: n.
  * Memory:  none allocated after the first call in which as many contacts take part (third-party
  *          factorisations excepted; a method that auto falls back on makes its memory when it is
@@ -429,7 +423,7 @@ PERP_API perp_status perp_mechanism_advance(perp_mechanism *mechanism, double *q
  *
  * Returns: as perp_mechanism_advance; t1 <= t0 is refused.
  * Out:     q, v: at result->t; may be q0 and v0.
- *          result: initialised by perp_mechanism_run_result_init.
+ *          result: initialised by perp_struct_init.
  * In:      observer: NULL for none. */
 PERP_API perp_status perp_mechanism_run(perp_mechanism *mechanism, double *q, double *v,
                                         perp_mechanism_run_result *result, double t0, double t1,
@@ -459,7 +453,7 @@ PERP_API perp_status perp_mechanism_run(perp_mechanism *mechanism, double *q, do
  *
  * Returns: PERP_OK, also where there is none; else as perp_mechanism_advance (then the handle keeps
  *          no answers).
- * Out:     summary: initialised by perp_mechanism_summary_init.
+ * Out:     summary: initialised by perp_struct_init.
  * Source:  docs/mechanism.md; P. Lotstedt, SIAM J. Appl. Math. 42 (1982); F. Genot & B. Brogliato,
  *          Eur. J. Mech. A 18 (1999). */
 PERP_API perp_status perp_mechanism_accelerations(perp_mechanism *mechanism,

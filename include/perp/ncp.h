@@ -103,10 +103,9 @@ typedef struct perp_ncp_result {
                         method can't leave it, and only another start can help */
 } perp_ncp_result;
 
-/* Set every field to its default. Return PERP_OK, or PERP_ERROR_ABI for NULL or an unknown size. */
-PERP_API perp_status perp_ncp_problem_init(perp_ncp_problem *problem, size_t size);
+/* Sets every field to its default. Returns PERP_OK, or PERP_ERROR_ABI for NULL or an unknown size.
+ */
 PERP_API perp_status perp_ncp_settings_init(perp_ncp_settings *settings, size_t size);
-PERP_API perp_status perp_ncp_result_init(perp_ncp_result *result, size_t size);
 
 /* Returns "auto", "fischer", "josephy"; "unknown method" otherwise. Static. */
 PERP_API const char *perp_ncp_method_text(int32_t method);
@@ -163,7 +162,7 @@ PERP_API perp_status perp_ncp_solver_setup(perp_ncp_solver *solver,
  * Out:     z: n entries, within the bounds; the best iterate found, whatever the outcome. With
  *             polish = 1, variables that an answer has at a bound are exactly that bound.
  *          w: n entries, F(z); or NULL.
- *          result: initialised by perp_ncp_result_init.
+ *          result: initialised by perp_struct_init.
  * In:      z0: n entries, the start; projected onto the bounds; NULL for the point nearest to 0.
  * Memory:  none allocated after the first call of a size (third-party factorisations excepted);
  *          josephy makes its memory when it is first needed.
@@ -198,8 +197,6 @@ typedef struct perp_ncp_check {
     int32_t reserved;  /* 0 */
 } perp_ncp_check;
 
-PERP_API perp_status perp_ncp_check_init(perp_ncp_check *check, size_t size);
-
 /* Compares problem->jacobian at z with central differences, extrapolated from two steps
  * (Richardson), which tell their own error; one-sided where a bound is near.
  *
@@ -209,7 +206,7 @@ PERP_API perp_status perp_ncp_check_init(perp_ncp_check *check, size_t size);
  * Returns: PERP_OK with the verdict in check; PERP_ERROR_ARGUMENT (also: no jacobian callback, z
  *          outside of the bounds, F or J not defined at z), _NOT_FINITE, _ABI, _HANDLE, _BUSY,
  *          _MEMORY or _CALLBACK, and then nothing was written.
- * Out:     check: initialised by perp_ncp_check_init.
+ * Out:     check: initialised by perp_struct_init.
  * In:      problem: as for perp_ncp_solver_setup. z: n entries, within the bounds; a point without
  *          special values (0, 1) shows more.
  * Cost:    one call of the Jacobian, about 4 n of the function. */

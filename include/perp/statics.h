@@ -94,11 +94,6 @@ typedef struct perp_statics_problem {
                              NULL: nothing is known */
 } perp_statics_problem;
 
-/* Set every field to its default. Return PERP_OK, or PERP_ERROR_ABI for NULL or an unknown size. */
-PERP_API perp_status perp_statics_settings_init(perp_statics_settings *settings, size_t size);
-PERP_API perp_status perp_statics_result_init(perp_statics_result *result, size_t size);
-PERP_API perp_status perp_statics_problem_init(perp_statics_problem *problem, size_t size);
-
 /* Returns "stands", "falls" or "indeterminate"; "unknown verdict" otherwise. Static. */
 PERP_API const char *perp_statics_verdict_text(int32_t verdict);
 
@@ -113,7 +108,7 @@ PERP_API const char *perp_statics_verdict_text(int32_t verdict);
  *             nothing. Else untouched. NULL: not wanted.
  *          v: n: where it falls, the virtual velocity, |v_i| at most 1. Else untouched. NULL: not
  *             wanted.
- *          result: initialised by perp_statics_result_init.
+ *          result: initialised by perp_struct_init.
  * In:      problem: read during the call only. settings: NULL for the defaults.
  * Cost:    a few factorisations of H D H' (D a block a contact), n by n with the sparsity of bodies
  *          that touch; 1 to 10 us a contact of rigid bodies for 1 to 10 of them.

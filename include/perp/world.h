@@ -226,10 +226,6 @@ PERP_API perp_status perp_world_settings_init(perp_world_settings *settings, siz
 PERP_API perp_status perp_body_settings_init(perp_body_settings *settings, size_t size);
 PERP_API perp_status perp_body_state_init(perp_body_state *state, size_t size);
 PERP_API perp_status perp_shape_settings_init(perp_shape_settings *settings, size_t size);
-PERP_API perp_status perp_world_contact_init(perp_world_contact *contact, size_t size);
-PERP_API perp_status perp_step_result_init(perp_step_result *result, size_t size);
-PERP_API perp_status perp_world_stats_init(perp_world_stats *stats, size_t size);
-PERP_API perp_status perp_world_states_init(perp_world_states *states, size_t size);
 
 /* Creates a world that holds one static body, the ground.
  * Returns: PERP_OK, PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI, _HANDLE, _BUSY or _MEMORY.
@@ -275,7 +271,7 @@ PERP_API perp_status perp_world_get_mass(const perp_world *world, double *mass, 
 
 /* Tells where the states of all bodies are, to be read without copies.
  * Returns: PERP_OK, PERP_ERROR_ARGUMENT, _ABI, _HANDLE or _BUSY.
- * Out:     states: initialised by perp_world_states_init. Its arrays belong to the world and show
+ * Out:     states: initialised by perp_struct_init. Its arrays belong to the world and show
  *          what the last step, set_body or restore left there, until a body is added or removed or
  *          the world is destroyed; then ask again. Don't write to them: they are not checked.
  * Cost:    none that grows with the world. */
@@ -318,7 +314,7 @@ PERP_API perp_status perp_world_add_plane(perp_world *world, perp_shape *shape, 
  *
  * Returns: PERP_OK with the outcome in result->outcome, PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI,
  *          _HANDLE, _BUSY or _MEMORY; after a negative status the state is untouched.
- * Out:     result: initialised by perp_step_result_init; or NULL.
+ * Out:     result: initialised by perp_struct_init; or NULL.
  * 'solved' says: every island's problem is solved to tol beside its own numbers, and every body and
  * contact beside its own, however small they are beside their neighbours': momentum beside the
  * sizes of its terms, Signorini's law and slips beside those of the contact's velocity, friction
@@ -364,8 +360,6 @@ typedef struct perp_world_load {
     double torque[3];
 } perp_world_load;
 
-PERP_API perp_status perp_world_load_init(perp_world_load *load, size_t size);
-
 /* Decides whether the world, with velocities 0 and kinematic bodies held where they are, is in
  * equilibrium with gravity, the bodies' forces and the loads (perp/statics.h), and how far the
  * loads could grow. States and contact points stay as they are; what sleeps wakes.
@@ -373,7 +367,7 @@ PERP_API perp_status perp_world_load_init(perp_world_load *load, size_t size);
  * Returns: PERP_OK with the verdict; PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI, _HANDLE, _BUSY or
  *          _MEMORY: then result and *count are untouched.
  * Out:     contacts: the points that touch, at most `capacity` of them, each initialised by
- *             perp_world_contact_init; `impulse` is a force here, 0 where the world falls at that
+ *             perp_struct_init; `impulse` is a force here, 0 where the world falls at that
  *             point's part. NULL: not wanted. *count: how many there are; NULL: not wanted.
  *          velocities: 6 numbers (velocity, angular velocity) for each slot of a body
  *             (perp_world_body_slot, perp_world_states.slots): the virtual velocity of a part that

@@ -29,11 +29,11 @@ perp_status perp__struct_check(perp_context *context, const char *name, const vo
     memcpy(&size, caller, sizeof size);
     if (size < first_size)
         return perp__fail(context, PERP_ERROR_ABI,
-                          "%s.struct_size is %zu, at least %zu expected: call its _init first",
-                          name, size, first_size);
+                          "%s.struct_size is %zu, at least %zu expected: initialise it first", name,
+                          size, first_size);
     if (size > PERP__LARGEST_STRUCT)
         return perp__fail(context, PERP_ERROR_ABI,
-                          "%s.struct_size is %zu, which no version has: call its _init first", name,
+                          "%s.struct_size is %zu, which no version has: initialise it first", name,
                           size);
     for (size_t i = own_size; i < size; i++)
         if (bytes[i] != 0)

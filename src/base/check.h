@@ -80,14 +80,7 @@ perp_status perp__struct_check(perp_context *context, const char *name, const vo
 /* Copies *copy into the caller's struct, all but struct_size, as far as the caller's reaches. */
 void perp__struct_write(void *caller, const void *copy, size_t own_size);
 
-/* The whole T_init of a struct whose defaults are 0. */
-#define PERP__INIT(T)                                           \
-    perp_status T##_init(T *object, size_t size)                \
-    {                                                           \
-        return perp__struct_init(object, size, PERP__FIRST(T)); \
-    }
-
-/* The same with defaults: PERP__INIT_WITH(T, .tol = 1e-10). */
+/* The whole T_init of a struct with defaults: PERP__INIT_WITH(T, .tol = 1e-10). */
 #define PERP__INIT_WITH(T, ...)                                                     \
     perp_status T##_init(T *object, size_t size)                                    \
     {                                                                               \

@@ -36,8 +36,6 @@ static int is_context(const perp_context *context)
     return context && context->is == &known && !context->destroyed;
 }
 
-PERP__INIT(perp_context_settings)
-
 void perp__context_init(perp_context *context, perp_allocate_function allocate,
                         perp_release_function release, void *user)
 {
@@ -103,6 +101,11 @@ const char *perp_outcome_text(perp_outcome outcome)
         PERP_OUTCOME_LIST(PERP__LIST_CASE)
     }
     return "unknown outcome";
+}
+
+perp_status perp_struct_init(void *object, size_t size)
+{
+    return perp__struct_init(object, size, sizeof size);
 }
 
 int32_t perp_version(void)

@@ -56,7 +56,7 @@ static perp_status solve(perp_contact_solver *solver, const perp_contact_step *s
     perp_contact_result result;
     perp__contact_call call = {.r = work->r, .result = &result, .q = work->q};
     perp_contact_laws laws;
-    perp_status status = perp_contact_result_init(&result, sizeof result);
+    perp_status status = perp_struct_init(&result, sizeof result);
 
     perp__principal_dense(&solver->W, &set, work->W, 1, size);
     for (size_t j = 0; j < size; j++)

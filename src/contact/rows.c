@@ -6,8 +6,6 @@
 #include "base/check.h"
 #include "contact/solver.h"
 
-PERP__INIT(perp_contact_source)
-
 enum { CONTACTS, EQUATIONS, FRICTIONS, LIMITS, ALL_ROWS };
 enum { SLOTS = 6, NAME = 3, NONE = 0, BY_FIRST = 2, BY_SECOND = 5 };
 

@@ -7,8 +7,6 @@
 #include "base/outcome.h"
 #include "contact/solver.h"
 
-PERP__INIT(perp_contact_run)
-
 static void call_stages(const perp_contact_run *run, const perp_contact_stage *stages,
                         int32_t count)
 {

@@ -10,11 +10,7 @@
 
 PERP__INIT_WITH(perp_contact_laws, .dim = 3)
 
-PERP__INIT(perp_contact_dynamics)
-
 PERP__INIT_WITH(perp_contact_settings, .tol = 1e-8)
-
-PERP__INIT(perp_contact_result)
 
 PERP__WORDS(perp_contact_mode_text, "unknown mode", "separate", "stick", "slip", "lower", "upper")
 

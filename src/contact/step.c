@@ -6,8 +6,6 @@
 #include "base/check.h"
 #include "contact/solver.h"
 
-PERP__INIT(perp_contact_step)
-
 static int32_t gather(double *to, const double *from, const int32_t *sources, const double *scale,
                       int32_t count)
 {

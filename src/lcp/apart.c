@@ -51,7 +51,7 @@ static perp_status solve(perp_lcp_solver *solver, perp_lcp_solver *inner, part *
         p->lower[c] = solver->lower[p->index[c]];
         p->upper[c] = solver->upper[p->index[c]];
     }
-    perp_lcp_result_init(&result, sizeof result);
+    perp_struct_init(&result, sizeof result);
     if (solver->deadline > 0.0)
         inner->settings.time_limit = perp__time_left(solver->deadline);
     if (solver->settings.max_iterations > 0)

@@ -16,8 +16,6 @@
 PERP__INIT_WITH(perp_lcp_settings, .tol = 1e-10, .relaxation = 1.0, .scaling = 1, .polish = 1,
                 .crash = 1)
 
-PERP__INIT(perp_lcp_result)
-
 PERP__WORDS(perp_lcp_method_text, "unknown method", "auto", "lemke", "pgs", "fischer", "polish",
             "active_set", "patterns", "mprgp")
 

@@ -3,8 +3,6 @@
 
 #include "base/check.h"
 
-PERP__INIT(perp_matrix)
-
 /* Fills a view that has been initialised. */
 static perp_status fill(perp_matrix *matrix, perp_matrix copy)
 {

@@ -48,7 +48,7 @@ perp_status perp__take_step(perp_mechanism *m, perp__motion *to, perp_mechanism_
     const int64_t before = m->evaluations;
     perp_status status;
 
-    perp_mechanism_step_init(step, sizeof *step);
+    perp_struct_init(step, sizeof *step);
     step->error = (double)NAN;
     status = schemes[m->settings.scheme](m, to, step, from);
     if (status == PERP__OUTSIDE) {

@@ -61,7 +61,7 @@ perp_status perp__select_answer(perp_mechanism *m, perp_mechanism_step *step,
     perp_mechanism_summary summary;
     perp_status status;
 
-    perp_mechanism_summary_init(&summary, sizeof summary);
+    perp_struct_init(&summary, sizeof summary);
     status = find(m, &summary, from);
     if (status != PERP_OK)
         return status;
@@ -120,7 +120,7 @@ perp_status perp_mechanism_answers(perp_mechanism *mechanism, perp_mechanism_sum
         status = perp__refuse(m->context, "q0 is outside of what the mechanism is defined for");
     if (status == PERP_OK) {
         perp__prepare_step(m, &from);
-        perp_mechanism_summary_init(&copy, sizeof copy);
+        perp_struct_init(&copy, sizeof copy);
         status = find(m, &copy, &from);
     }
     if (status == PERP_OK) {

@@ -69,8 +69,8 @@ perp_status perp__assembly_solve(perp_mechanism *m, perp__assembly *a, int32_t b
     perp_status status = PERP_OK;
 
     perp_contact_laws_init(&laws, sizeof laws);
-    perp_contact_dynamics_init(&dynamics, sizeof dynamics);
-    perp_contact_result_init(&result, sizeof result);
+    perp_struct_init(&dynamics, sizeof dynamics);
+    perp_struct_init(&result, sizeof result);
     laws.contacts = a->contacts;
     laws.dims = a->dims;
     laws.mu = a->mu;

@@ -194,8 +194,6 @@ static int32_t are_parallel(const perp_mechanism *m, int32_t normal, int32_t tan
     return same || (of_x > 1 && of_y > 1);
 }
 
-PERP__INIT(perp_mechanism_check_result)
-
 static void find_worst(look *a)
 {
     const perp_mechanism *m = a->m;

@@ -17,9 +17,6 @@ PERP__INIT_WITH(perp_mechanism_settings, .project = 1, .theta = 0.5, .tol = 1e-1
                 .most_patterns = (int64_t)1 << 22, .directions = 16, .starts = 16, .stiffness = 1.0,
                 .damping = 2.0)
 
-PERP__INIT(perp_mechanism_step)
-PERP__INIT(perp_mechanism_run_result)
-
 /* ---- settings ------------------------------------------------------------------------------ */
 
 static const perp__field settings_fields[] = {

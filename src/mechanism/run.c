@@ -167,7 +167,7 @@ perp_status perp_mechanism_run(perp_mechanism *mechanism, double *q, double *v,
     if (status == PERP_OK && (t1 - t0) / h > 1e15)
         status = perp__refuse(m->context, "h is %g: too many steps to %g", h, t1);
     /* 2. the start */
-    perp_mechanism_step_init(&step, sizeof step);
+    perp_struct_init(&step, sizeof step);
     step.error = run.result.error = (double)NAN;
     m->keeps = 0;
     if (status == PERP_OK) {

@@ -15,8 +15,6 @@ typedef struct column {
     double high, low; /* the steps of the two sides, low < 0; 0: F itself stands for that side */
 } column;
 
-PERP__INIT(perp_ncp_check)
-
 /* far and near := F at z + step and z + step/2, or F and a step of 0. The point in the run's own
  * vector z, which is left as it was. */
 static perp_status look(perp_ncp_solver *solver, int32_t j, double *step, double *far, double *near)

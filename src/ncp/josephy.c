@@ -28,7 +28,7 @@ static perp_status solve_linear(perp__ncp_linear *l, double rho, int32_t is_away
     perp_lcp_settings settings;
     perp_lcp_result result;
     perp_matrix M = perp__view(PERP_STORAGE_COLUMN_MAJOR, m->n, m->n, r->H);
-    perp_status status = perp_lcp_result_init(&result, sizeof result);
+    perp_status status = perp_struct_init(&result, sizeof result);
 
     /* 1. S + rho I, and q := w - (S + rho I) z; neither may overflow. */
     for (int32_t i = 0; i < m->n; i++) {

@@ -8,12 +8,8 @@
 
 /* ---- settings and problems ---- */
 
-PERP__INIT(perp_ncp_problem)
-
 PERP__INIT_WITH(perp_ncp_settings, .tol = 1e-10, .penalty = 0.1, .restarts = 20, .scaling = 1,
                 .polish = 1)
-
-PERP__INIT(perp_ncp_result)
 
 PERP__WORDS(perp_ncp_method_text, "unknown method", "auto", "fischer", "josephy")
 

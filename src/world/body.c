@@ -14,8 +14,6 @@ PERP__INIT_WITH(perp_body_settings, .kind = PERP_BODY_DYNAMIC, .orientation[0] =
 
 PERP__INIT_WITH(perp_body_state, .orientation[0] = 1.0)
 
-PERP__INIT(perp_world_states)
-
 perp_status perp__check_quaternion(perp_context *context, const char *name, double *q)
 {
     double norm;
@@ -277,7 +275,7 @@ static perp_status get_states(const perp_world *world, perp_world_states *states
     perp_world_states copy;
     perp_status status = PERP__CHECK(perp_world_states, world->context, states);
 
-    PERP__THEN(status, perp_world_states_init(&copy, sizeof copy));
+    PERP__THEN(status, perp_struct_init(&copy, sizeof copy));
     if (status != PERP_OK)
         return status;
     copy.slots = world->body_slots;

@@ -6,8 +6,6 @@
 #include "linalg/matrix.h"
 #include "world/joints/joints.h"
 
-PERP__INIT(perp_world_load)
-
 typedef struct question {
     perp_world *world;
     perp__statics_aim aim;

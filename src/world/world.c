@@ -19,10 +19,6 @@ perp_status perp_world_settings_init(perp_world_settings *settings, size_t size,
     return status;
 }
 
-PERP__INIT(perp_world_contact)
-PERP__INIT(perp_step_result)
-PERP__INIT(perp_world_stats)
-
 uint64_t perp__id(int32_t slot, uint32_t generation)
 {
     return ((uint64_t)generation << 32) | (uint64_t)(slot + 1);

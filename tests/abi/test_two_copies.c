@@ -23,13 +23,11 @@ typedef struct library {
     void *handle;
     int live_blocks;
     perp_context *context;
-    perp_status (*settings_init)(perp_context_settings *, size_t);
+    perp_status (*struct_init)(void *, size_t);
     perp_status (*create)(perp_context **, const perp_context_settings *);
     void (*destroy)(perp_context *);
     const char *(*message)(const perp_context *);
-    perp_status (*matrix_init)(perp_matrix *, size_t);
     perp_status (*matrix_dense)(perp_matrix *, int32_t, int32_t, int32_t, const double *, int64_t);
-    perp_status (*result_init)(perp_lcp_result *, size_t);
     perp_status (*solve)(perp_context *, double *, double *, double *, perp_lcp_result *,
                          const perp_lcp_settings *, const perp_matrix *, const double *,
                          const double *, const double *, const double *);
@@ -80,20 +78,18 @@ static void load(library *copy, const char *folder, const char *name)
     copy->handle = dlopen(copy->path, RTLD_NOW | RTLD_LOCAL);
     if (copy->handle == NULL)
         fail_msg("%s", dlerror());
-    find(copy, "perp_context_settings_init", &copy->settings_init);
+    find(copy, "perp_struct_init", &copy->struct_init);
     find(copy, "perp_context_create", &copy->create);
     find(copy, "perp_context_destroy", &copy->destroy);
     find(copy, "perp_context_message", &copy->message);
-    find(copy, "perp_matrix_init", &copy->matrix_init);
     find(copy, "perp_matrix_dense", &copy->matrix_dense);
-    find(copy, "perp_lcp_result_init", &copy->result_init);
     find(copy, "perp_lcp_solve", &copy->solve);
 }
 
 static void open_context(library *copy)
 {
     perp_context_settings settings;
-    assert_int_equal(copy->settings_init(&settings, sizeof settings), PERP_OK);
+    assert_int_equal(copy->struct_init(&settings, sizeof settings), PERP_OK);
     settings.allocate = allocate;
     settings.release = release;
     settings.allocator_user = copy;
@@ -142,9 +138,9 @@ static void solve_small(library *copy, double *z, double *w)
     const double M[] = {2, 1, 1, 2}, q[] = {-1, 1};
     perp_matrix view;
     perp_lcp_result result;
-    assert_int_equal(copy->matrix_init(&view, sizeof view), PERP_OK);
+    assert_int_equal(copy->struct_init(&view, sizeof view), PERP_OK);
     assert_int_equal(copy->matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, 2, 2, M, 2), PERP_OK);
-    assert_int_equal(copy->result_init(&result, sizeof result), PERP_OK);
+    assert_int_equal(copy->struct_init(&result, sizeof result), PERP_OK);
     assert_int_equal(
         copy->solve(copy->context, z, w, NULL, &result, NULL, &view, q, NULL, NULL, NULL), PERP_OK);
     assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);

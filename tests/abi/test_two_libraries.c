@@ -17,7 +17,6 @@ typedef struct fixture {
     void *first, *second;
     perp_context *context;
     int live_blocks;
-    perp_status (*result_init)(perp_mechanism_run_result *, size_t);
     perp_status (*context_create)(perp_context **, const perp_context_settings *);
     void (*context_destroy)(perp_context *);
     const char *(*message)(const perp_context *);
@@ -73,8 +72,7 @@ static int setup(void **state)
     find(f->second, "perp_mechanism_create", &f->create);
     find(f->second, "perp_mechanism_destroy", &f->destroy);
     find(f->second, "perp_mechanism_run", &f->run);
-    find(f->second, "perp_mechanism_run_result_init", &f->result_init);
-    assert_int_equal(perp_context_settings_init(&settings, sizeof settings), PERP_OK);
+    assert_int_equal(perp_struct_init(&settings, sizeof settings), PERP_OK);
     settings.allocate = allocate;
     settings.release = release;
     settings.allocator_user = f;
@@ -131,7 +129,7 @@ static double fall(const fixture *f, perp_mechanism *mechanism)
     double q = 0.0, v = 1.0;
     perp_mechanism_run_result result;
 
-    assert_int_equal(f->result_init(&result, sizeof result), PERP_OK);
+    assert_int_equal(perp_struct_init(&result, sizeof result), PERP_OK);
     assert_int_equal(f->run(mechanism, &q, &v, &result, 0.0, 4.0, 0.125, &q0, &v0, NULL, NULL),
                      PERP_OK);
     assert_true(v == 0.0);

@@ -50,7 +50,7 @@ static perp_context *make_context(void)
     perp_context *context;
 
     fail_next = 0;
-    assert_int_equal(perp_context_settings_init(&settings, sizeof settings), PERP_OK);
+    assert_int_equal(perp_struct_init(&settings, sizeof settings), PERP_OK);
     settings.allocate = stubborn_allocate;
     settings.release = stubborn_release;
     assert_int_equal(perp_context_create(&context, &settings), PERP_OK);

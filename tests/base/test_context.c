@@ -38,7 +38,7 @@ static perp_context_settings counted(counter *c)
 {
     perp_context_settings settings;
 
-    assert_int_equal(perp_context_settings_init(&settings, sizeof settings), PERP_OK);
+    assert_int_equal(perp_struct_init(&settings, sizeof settings), PERP_OK);
     settings.allocate = count_allocate;
     settings.release = count_release;
     settings.allocator_user = c;
@@ -162,7 +162,7 @@ static void test_messages_come_and_go(void **state)
     log_lines lines = {0, ""};
 
     (void)state;
-    assert_int_equal(perp_context_settings_init(&settings, sizeof settings), PERP_OK);
+    assert_int_equal(perp_struct_init(&settings, sizeof settings), PERP_OK);
     settings.log = keep_line;
     settings.log_user = &lines;
     assert_int_equal(perp_context_create(&context, &settings), PERP_OK);

@@ -69,7 +69,7 @@ static perp_matrix unit_matrix(void)
 {
     perp_matrix M;
 
-    assert_int_equal(perp_matrix_init(&M, sizeof M), PERP_OK);
+    assert_int_equal(perp_struct_init(&M, sizeof M), PERP_OK);
     assert_int_equal(perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, 1, 1, &one, 1), PERP_OK);
     return M;
 }
@@ -89,7 +89,7 @@ static perp_status make_sensitivity(perp_context *context, void **made)
     perp_lcp_sensitivity_info info;
     perp_matrix M = unit_matrix();
 
-    assert_int_equal(perp_lcp_sensitivity_info_init(&info, sizeof info), PERP_OK);
+    assert_int_equal(perp_struct_init(&info, sizeof info), PERP_OK);
     return perp_lcp_sensitivity_create(context, (perp_lcp_sensitivity **)made, &info, NULL, &M,
                                        &minus_one, NULL, NULL, &one);
 }
@@ -141,7 +141,7 @@ static perp_status make_compliant(perp_context *context, void **made)
     perp_matrix M = unit_matrix();
     perp_compliant_system system;
 
-    assert_int_equal(perp_compliant_system_init(&system, sizeof system), PERP_OK);
+    assert_int_equal(perp_struct_init(&system, sizeof system), PERP_OK);
     system.n = system.contacts = 1;
     system.mass = system.normal = system.tangent = &M;
     system.mu = &one;
@@ -261,7 +261,7 @@ static int begin(void **state)
     (void)state;
     hostile = 0;
     memset(&memory, 0, sizeof memory);
-    assert_int_equal(perp_context_settings_init(&settings, sizeof settings), PERP_OK);
+    assert_int_equal(perp_struct_init(&settings, sizeof settings), PERP_OK);
     settings.allocate = keep_allocate;
     settings.release = keep_release;
     settings.log = keep_log;
@@ -397,7 +397,7 @@ static void test_callbacks_of_users_destroy_nothing(void **state)
 
     (void)state;
     assert_int_equal(perp_lcp_settings_init(&settings, sizeof settings), PERP_OK);
-    assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
+    assert_int_equal(perp_struct_init(&result, sizeof result), PERP_OK);
     settings.method = PERP_LCP_PGS;
     settings.monitor = stop_lcp;
     called = 0;
@@ -407,8 +407,8 @@ static void test_callbacks_of_users_destroy_nothing(void **state)
                      PERP_OK);
     assert_true(called > 0 && z == 1.0);
     require_alive();
-    assert_int_equal(perp_ncp_problem_init(&problem, sizeof problem), PERP_OK);
-    assert_int_equal(perp_ncp_result_init(&ncp_result, sizeof ncp_result), PERP_OK);
+    assert_int_equal(perp_struct_init(&problem, sizeof problem), PERP_OK);
+    assert_int_equal(perp_struct_init(&ncp_result, sizeof ncp_result), PERP_OK);
     problem.n = 1;
     problem.function = identity;
     called = 0;
@@ -416,7 +416,7 @@ static void test_callbacks_of_users_destroy_nothing(void **state)
     assert_int_equal(perp_ncp_solve(context, &z, NULL, &ncp_result, NULL, &problem, &q0), PERP_OK);
     assert_true(called > 0);
     require_alive();
-    assert_int_equal(perp_mechanism_run_result_init(&run, sizeof run), PERP_OK);
+    assert_int_equal(perp_struct_init(&run, sizeof run), PERP_OK);
     called = 0;
     hostile = 1;
     assert_int_equal(

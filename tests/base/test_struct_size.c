@@ -135,7 +135,7 @@ static void test_write_keeps_the_callers_size_and_reach(void **state)
     assert_true(older.s.b == 2.0 && older.next == 5.0);
 }
 
-/* Every public struct: its init takes its size and larger, refuses less, NULL and nonsense. */
+/* A struct with defaults: its init takes its size and larger, refuses less, NULL and nonsense. */
 #define CHECK_INIT(T)                                                                    \
     do {                                                                                 \
         union {                                                                          \
@@ -156,6 +156,22 @@ static void test_write_keeps_the_callers_size_and_reach(void **state)
         assert_int_equal(T##_init(&u.s, SIZE_MAX), PERP_ERROR_ABI);                      \
     } while (0)
 
+/* One without: perp_struct_init knows no type, and what is too small is refused where it is used.
+ */
+#define CHECK_ZERO(T)                                                              \
+    do {                                                                           \
+        T s;                                                                       \
+        memset(&s, 0xff, sizeof s);                                                \
+        assert_int_equal(perp_struct_init(&s, sizeof s), PERP_OK);                 \
+        assert_int_equal(s.struct_size, sizeof s);                                 \
+        assert_int_equal(((unsigned char *)&s)[sizeof s - 1], 0);                  \
+        assert_int_equal(PERP__CHECK(T, NULL, &s), PERP_OK);                       \
+        assert_int_equal(perp_struct_init(&s, PERP__FIRST(T)), PERP_OK);           \
+        assert_int_equal(PERP__CHECK(T, NULL, &s), PERP_OK); /* the first one's */ \
+        assert_int_equal(perp_struct_init(&s, PERP__FIRST(T) - 1), PERP_OK);       \
+        assert_int_equal(PERP__CHECK(T, NULL, &s), PERP_ERROR_ABI);                \
+    } while (0)
+
 static perp_status perp_world_settings_init_3(perp_world_settings *settings, size_t size)
 {
     return perp_world_settings_init(settings, size, 0);
@@ -168,49 +184,64 @@ static void test_public_inits(void **state)
     (void)state;
     CHECK_INIT(perp_body_settings);
     CHECK_INIT(perp_body_state);
-    CHECK_INIT(perp_bristle);
-    CHECK_INIT(perp_compliant_result);
     CHECK_INIT(perp_compliant_settings);
-    CHECK_INIT(perp_compliant_stability);
-    CHECK_INIT(perp_compliant_system);
-    CHECK_INIT(perp_contact_dynamics);
     CHECK_INIT(perp_contact_laws);
-    CHECK_INIT(perp_contact_result);
     CHECK_INIT(perp_contact_settings);
-    CHECK_INIT(perp_context_settings);
-    CHECK_INIT(perp_lcp_enumeration);
-    CHECK_INIT(perp_lcp_proof);
-    CHECK_INIT(perp_lcp_result);
-    CHECK_INIT(perp_lcp_sensitivity_info);
+    CHECK_INIT(perp_joint_settings);
     CHECK_INIT(perp_lcp_settings);
-    CHECK_INIT(perp_load_found);
-    CHECK_INIT(perp_load_inverse);
     CHECK_INIT(perp_load_settings);
-    CHECK_INIT(perp_load_step);
-    CHECK_INIT(perp_load_summary);
     CHECK_INIT(perp_load_system);
-    CHECK_INIT(perp_load_uniqueness);
-    CHECK_INIT(perp_matrix);
-    CHECK_INIT(perp_mechanism_found);
     CHECK_INIT(perp_mechanism_model);
-    CHECK_INIT(perp_mechanism_run_result);
     CHECK_INIT(perp_mechanism_settings);
-    CHECK_INIT(perp_mechanism_step);
-    CHECK_INIT(perp_mechanism_summary);
-    CHECK_INIT(perp_ncp_check);
-    CHECK_INIT(perp_ncp_problem);
-    CHECK_INIT(perp_ncp_result);
     CHECK_INIT(perp_ncp_settings);
     CHECK_INIT(perp_shape_settings);
-    CHECK_INIT(perp_statics_problem);
-    CHECK_INIT(perp_statics_result);
-    CHECK_INIT(perp_statics_settings);
-    CHECK_INIT(perp_step_result);
-    CHECK_INIT(perp_world_contact);
-    CHECK_INIT(perp_world_load);
     CHECK_INIT(perp_world_settings);
-    CHECK_INIT(perp_world_stats);
-    CHECK_INIT(perp_world_states);
+}
+
+static void test_public_structs_without_defaults(void **state)
+{
+    (void)state;
+    CHECK_ZERO(perp_bristle);
+    CHECK_ZERO(perp_compliant_result);
+    CHECK_ZERO(perp_compliant_stability);
+    CHECK_ZERO(perp_compliant_system);
+    CHECK_ZERO(perp_contact_dynamics);
+    CHECK_ZERO(perp_contact_result);
+    CHECK_ZERO(perp_contact_run);
+    CHECK_ZERO(perp_contact_sensitivity_info);
+    CHECK_ZERO(perp_contact_source);
+    CHECK_ZERO(perp_contact_step);
+    CHECK_ZERO(perp_context_settings);
+    CHECK_ZERO(perp_joint_state);
+    CHECK_ZERO(perp_lcp_enumeration);
+    CHECK_ZERO(perp_lcp_proof);
+    CHECK_ZERO(perp_lcp_result);
+    CHECK_ZERO(perp_lcp_sensitivity_info);
+    CHECK_ZERO(perp_load_found);
+    CHECK_ZERO(perp_load_inverse);
+    CHECK_ZERO(perp_load_step);
+    CHECK_ZERO(perp_load_summary);
+    CHECK_ZERO(perp_load_uniqueness);
+    CHECK_ZERO(perp_matrix);
+    CHECK_ZERO(perp_mechanism_check_result);
+    CHECK_ZERO(perp_mechanism_found);
+    CHECK_ZERO(perp_mechanism_run_result);
+    CHECK_ZERO(perp_mechanism_step);
+    CHECK_ZERO(perp_mechanism_summary);
+    CHECK_ZERO(perp_ncp_check);
+    CHECK_ZERO(perp_ncp_problem);
+    CHECK_ZERO(perp_ncp_result);
+    CHECK_ZERO(perp_statics_problem);
+    CHECK_ZERO(perp_statics_result);
+    CHECK_ZERO(perp_statics_settings);
+    CHECK_ZERO(perp_step_result);
+    CHECK_ZERO(perp_world_contact);
+    CHECK_ZERO(perp_world_load);
+    CHECK_ZERO(perp_world_states);
+    CHECK_ZERO(perp_world_stats);
+    assert_int_equal(perp_struct_init(NULL, sizeof(perp_lcp_result)), PERP_ERROR_ABI);
+    assert_int_equal(perp_struct_init(state, 0), PERP_ERROR_ABI);
+    assert_int_equal(perp_struct_init(state, SIZE_MAX), PERP_ERROR_ABI);
 }
 
 int main(void)
@@ -224,6 +255,7 @@ int main(void)
         cmocka_unit_test(test_the_three_faults_have_different_messages),
         cmocka_unit_test(test_write_keeps_the_callers_size_and_reach),
         cmocka_unit_test(test_public_inits),
+        cmocka_unit_test(test_public_structs_without_defaults),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -42,7 +42,7 @@ static void set_up_lcp(worker *w)
         if (i > 0)
             w->M[i * N + i - 1] = w->M[(i - 1) * N + i] = -w->mass;
     }
-    require(w, perp_matrix_init(&w->view, sizeof w->view) == PERP_OK);
+    require(w, perp_struct_init(&w->view, sizeof w->view) == PERP_OK);
     require(w, perp_matrix_dense(&w->view, PERP_STORAGE_ROW_MAJOR, N, N, w->M, N) == PERP_OK);
     require(w, perp_lcp_solver_create(w->context, &w->lcp, NULL) == PERP_OK);
     require(w, perp_lcp_solver_setup(w->lcp, &w->view, NULL, NULL) == PERP_OK);
@@ -57,7 +57,7 @@ static void solve_lcp(worker *w)
 
     for (i = 0; i < N; i++)
         q[i] = -w->mass;
-    require(w, perp_lcp_result_init(&result, sizeof result) == PERP_OK);
+    require(w, perp_struct_init(&result, sizeof result) == PERP_OK);
     require(w, perp_lcp_solver_solve(w->lcp, z, NULL, NULL, &result, q, NULL) == PERP_OK);
     require(w, result.outcome == PERP_OUTCOME_SOLVED);
     for (i = 0; i < N; i++)
@@ -75,7 +75,7 @@ static void set_up_contact(worker *w)
     laws.contacts = 1;
     laws.dim = 2;
     laws.mu = &w->friction;
-    require(w, perp_matrix_init(&w->W, sizeof w->W) == PERP_OK);
+    require(w, perp_struct_init(&w->W, sizeof w->W) == PERP_OK);
     require(w, perp_matrix_dense(&w->W, PERP_STORAGE_ROW_MAJOR, 2, 2, w->W_values, 2) == PERP_OK);
     require(w, perp_contact_solver_create(w->context, &w->contact, NULL) == PERP_OK);
     require(w, perp_contact_solver_setup_delassus(w->contact, &laws, &w->W) == PERP_OK);
@@ -88,7 +88,7 @@ static void solve_contact(worker *w)
     double r[2] = {0, 0};
     perp_contact_result result;
 
-    require(w, perp_contact_result_init(&result, sizeof result) == PERP_OK);
+    require(w, perp_struct_init(&result, sizeof result) == PERP_OK);
     require(w, perp_contact_solver_solve_delassus(w->contact, r, NULL, NULL, NULL, &result, q,
                                                   NULL) == PERP_OK);
     require(w, fabs(r[0] - w->mass) <= 1e-7 * w->mass);
@@ -121,7 +121,7 @@ static void step_world(worker *w)
     require(w, perp_body_state_init(&state, sizeof state) == PERP_OK);
     require(w, perp_world_get_body(w->world, &state, w->ball) == PERP_OK);
     require(w, state.position[2] == 1.0 && state.velocity[2] == 0.0);
-    require(w, perp_world_contact_init(&contact, sizeof contact) == PERP_OK);
+    require(w, perp_struct_init(&contact, sizeof contact) == PERP_OK);
     require(w, perp_world_get_contact(w->world, &contact, 0) == PERP_OK);
     require(w, fabs(contact.impulse[0] - w->mass * 9.81 * 0.01) <= 1e-12 * w->mass);
 }

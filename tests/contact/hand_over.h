@@ -30,9 +30,9 @@ typedef struct hand_over {
 
 static inline void hand_views(hand_over *p)
 {
-    assert_int_equal(perp_matrix_init(&p->M_view, sizeof p->M_view), PERP_OK);
-    assert_int_equal(perp_matrix_init(&p->H_view, sizeof p->H_view), PERP_OK);
-    assert_int_equal(perp_matrix_init(&p->G_view, sizeof p->G_view), PERP_OK);
+    assert_int_equal(perp_struct_init(&p->M_view, sizeof p->M_view), PERP_OK);
+    assert_int_equal(perp_struct_init(&p->H_view, sizeof p->H_view), PERP_OK);
+    assert_int_equal(perp_struct_init(&p->G_view, sizeof p->G_view), PERP_OK);
     assert_int_equal(
         perp_matrix_dense(&p->M_view, PERP_STORAGE_COLUMN_MAJOR, p->n, p->n, p->M, p->n), PERP_OK);
     assert_int_equal(
@@ -45,13 +45,13 @@ static inline void hand_views(hand_over *p)
     p->laws.contacts = p->contacts;
     p->laws.dims = p->dims;
     p->laws.mu = p->mu;
-    assert_int_equal(perp_contact_dynamics_init(&p->dynamics, sizeof p->dynamics), PERP_OK);
+    assert_int_equal(perp_struct_init(&p->dynamics, sizeof p->dynamics), PERP_OK);
     p->dynamics.n = p->n;
     p->dynamics.M = &p->M_view;
     p->dynamics.H = &p->H_view;
     p->dynamics.G = p->joints > 0 ? &p->G_view : NULL;
     assert_int_equal(perp_contact_settings_init(&p->settings, sizeof p->settings), PERP_OK);
-    assert_int_equal(perp_contact_result_init(&p->result, sizeof p->result), PERP_OK);
+    assert_int_equal(perp_struct_init(&p->result, sizeof p->result), PERP_OK);
 }
 
 /* M = A A' / n + 1 / 2; with n > rows the contacts are independent. dim 0: mixed. */

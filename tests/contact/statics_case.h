@@ -44,7 +44,7 @@ static inline void case_begin(statics_case *c, int32_t width, int32_t bodies)
     memset(c->center, 0, sizeof c->center);
     memset(c->f, 0, sizeof c->f);
     memset(c->load, 0, sizeof c->load);
-    perp_statics_settings_init(&c->settings, sizeof c->settings);
+    perp_struct_init(&c->settings, sizeof c->settings);
 }
 
 /* row += sign times the velocity of a body's point p along d; turns: of its turning about d. */
@@ -185,10 +185,10 @@ static inline void case_pose(statics_case *c)
     const int32_t n = c->n > 0 ? c->n : 1;
 
     assert_int_equal(perp_contact_laws_init(&c->laws, sizeof c->laws), PERP_OK);
-    assert_int_equal(perp_matrix_init(&c->H_view, sizeof c->H_view), PERP_OK);
-    assert_int_equal(perp_matrix_init(&c->G_view, sizeof c->G_view), PERP_OK);
-    assert_int_equal(perp_statics_problem_init(&c->problem, sizeof c->problem), PERP_OK);
-    assert_int_equal(perp_statics_result_init(&c->result, sizeof c->result), PERP_OK);
+    assert_int_equal(perp_struct_init(&c->H_view, sizeof c->H_view), PERP_OK);
+    assert_int_equal(perp_struct_init(&c->G_view, sizeof c->G_view), PERP_OK);
+    assert_int_equal(perp_struct_init(&c->problem, sizeof c->problem), PERP_OK);
+    assert_int_equal(perp_struct_init(&c->result, sizeof c->result), PERP_OK);
     perp_matrix_dense(&c->H_view, PERP_STORAGE_ROW_MAJOR, c->rows, c->n, c->H, n);
     perp_matrix_dense(&c->G_view, PERP_STORAGE_ROW_MAJOR, c->joints, c->n, c->G, n);
     c->laws.contacts = c->contacts;

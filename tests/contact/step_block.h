@@ -64,10 +64,10 @@ static inline int setup(void **state)
     memset(&b, 0, sizeof b);
     assert_int_equal(perp_context_create(&b.context, NULL), PERP_OK);
     assert_int_equal(perp_contact_solver_create(b.context, &b.solver, NULL), PERP_OK);
-    perp_contact_step_init(&b.step, sizeof b.step);
-    perp_contact_result_init(&b.result, sizeof b.result);
+    perp_struct_init(&b.step, sizeof b.step);
+    perp_struct_init(&b.result, sizeof b.result);
     perp_contact_laws_init(&b.laws, sizeof b.laws);
-    perp_contact_dynamics_init(&b.dynamics, sizeof b.dynamics);
+    perp_struct_init(&b.dynamics, sizeof b.dynamics);
     memcpy(b.J, J, sizeof J);
     b.mass[0] = b.mass[1] = 2.0, b.mass[3] = 1.0;
     b.force[1] = -WEIGHT;
@@ -77,7 +77,7 @@ static inline int setup(void **state)
     b.rows[0] = b.rows[2] = 1.0, b.rows[1] = -1.0;
     b.mu = 0.5, b.bound = H_STEP * 3.0, b.lower = -b.bound;
     for (int k = 0; k < 2; k++) {
-        perp_matrix_init(&b.views[k], sizeof b.views[k]);
+        perp_struct_init(&b.views[k], sizeof b.views[k]);
         b.views[k].rows = b.views[k].columns = N;
         b.views[k].leading_dimension = N;
         b.views[k].storage = (int32_t)PERP_STORAGE_ROW_MAJOR;

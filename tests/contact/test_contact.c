@@ -44,7 +44,7 @@ static void solve_delassus(answer *a, const perp_contact_laws *laws, int32_t con
 
     memset(a, 0, sizeof *a);
     view = matrix_rows(W, size, size);
-    assert_int_equal(perp_contact_result_init(&a->result, sizeof a->result), PERP_OK);
+    assert_int_equal(perp_struct_init(&a->result, sizeof a->result), PERP_OK);
     assert_int_equal(perp_contact_solve_delassus(context, a->r, a->u, a->modes, a->ray, &a->result,
                                                  &settings, laws, &view, q, NULL),
                      PERP_OK);
@@ -138,12 +138,12 @@ static void test_dynamics(void **state)
         views[0] = matrix_rows(M, 2, 2);
         views[1] = matrix_rows(H, 2, 2);
         views[2] = matrix_rows(G, 1, 2);
-        assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), PERP_OK);
+        assert_int_equal(perp_struct_init(&dynamics, sizeof dynamics), PERP_OK);
         dynamics.n = 2;
         dynamics.M = &views[0];
         dynamics.H = &views[1];
         dynamics.G = joint ? &views[2] : NULL;
-        assert_int_equal(perp_contact_result_init(&a.result, sizeof a.result), PERP_OK);
+        assert_int_equal(perp_struct_init(&a.result, sizeof a.result), PERP_OK);
         assert_int_equal(perp_contact_solve(context, a.v, a.r, a.u, a.modes, NULL, &a.result,
                                             &settings, &laws, &dynamics, f, w, NULL, NULL),
                          PERP_OK);

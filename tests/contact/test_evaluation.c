@@ -114,7 +114,7 @@ static void judge(perp_contact_result *result, int32_t dim, double mu, const dou
     perp_contact_laws laws = fresh_contact_laws();
     perp_matrix view = fresh_matrix();
 
-    assert_int_equal(perp_contact_result_init(result, sizeof *result), PERP_OK);
+    assert_int_equal(perp_struct_init(result, sizeof *result), PERP_OK);
     assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, dim, dim,
                                        dim == 3   ? W
                                        : dim == 2 ? W2

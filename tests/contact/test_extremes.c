@@ -86,8 +86,8 @@ static void test_two_blocks(void **state)
                 for (i = 0; i < 2; i++)
                     for (j = 0; j < 2; j++)
                         M[5 * (2 * i + j)] = m[i];
-                assert_int_equal(perp_matrix_init(&mass, sizeof mass), 0);
-                assert_int_equal(perp_matrix_init(&rows, sizeof rows), 0);
+                assert_int_equal(perp_struct_init(&mass, sizeof mass), 0);
+                assert_int_equal(perp_struct_init(&rows, sizeof rows), 0);
                 assert_int_equal(perp_matrix_dense(&mass, 0, 4, 4, M, 4), 0);
                 assert_int_equal(perp_matrix_dense(&rows, 0, 4, 4, H, 4), 0);
                 settings.method = methods[k];

@@ -49,7 +49,7 @@ static void build(tower *t)
         t->q[k] = k == 0 ? -FALL : 0.0;
     }
     assert_int_equal(perp_contact_settings_init(&t->settings, sizeof t->settings), 0);
-    assert_int_equal(perp_contact_result_init(&t->result, sizeof t->result), 0);
+    assert_int_equal(perp_struct_init(&t->result, sizeof t->result), 0);
 }
 
 static void solve(tower *t, const double *r0)
@@ -118,7 +118,7 @@ static void solve_pair(pair *p, int32_t method, const double *r0)
     perp_contact_laws laws = fresh_contact_laws();
     perp_matrix M, H;
 
-    assert_int_equal(perp_contact_result_init(&p->result, sizeof p->result), 0);
+    assert_int_equal(perp_struct_init(&p->result, sizeof p->result), 0);
     M = matrix_csc(3, 3, starts, places, p->mass);
     H = matrix_rows(p->H, 2, 3);
     laws.contacts = 2;

@@ -98,7 +98,7 @@ static void test_small_beside_large(void **state)
         mu[k] = 0.5;
     }
     for (int k = 0; k < 2; k++) {
-        perp_matrix_init(&views[k], sizeof views[k]);
+        perp_struct_init(&views[k], sizeof views[k]);
         views[k].rows = k ? 2 * CONTACTS : SIZE;
         views[k].columns = SIZE;
         views[k].leading_dimension = SIZE;
@@ -198,7 +198,7 @@ static void test_slips_of_rounding(void **state)
     (void)state;
     gen_seed(&random, 7);
     for (int k = 0; k < 2; k++) {
-        perp_matrix_init(&views[k], sizeof views[k]);
+        perp_struct_init(&views[k], sizeof views[k]);
         views[k].rows = views[k].columns = N;
         views[k].leading_dimension = N;
         views[k].storage = (int32_t)PERP_STORAGE_ROW_MAJOR;

@@ -157,7 +157,7 @@ static void compress(perp_matrix *view, sparse *own, const double *A, int32_t ro
 static void view_of(perp_matrix *view, sparse *own, const double *A, int32_t rows, int32_t columns,
                     int32_t is_sparse)
 {
-    assert_int_equal(perp_matrix_init(view, sizeof *view), 0);
+    assert_int_equal(perp_struct_init(view, sizeof *view), 0);
     if (is_sparse)
         compress(view, own, A, rows, columns);
     else
@@ -176,7 +176,7 @@ static void run(stack *s, enum entrance entrance, int32_t method, int32_t cone, 
     perp_contact_laws laws = fresh_contact_laws();
     perp_matrix M, H, G, W;
 
-    assert_int_equal(perp_contact_result_init(&s->result, sizeof s->result), 0);
+    assert_int_equal(perp_struct_init(&s->result, sizeof s->result), 0);
     settings.method = method;
     settings.cone = cone;
     settings.tol = tol;

@@ -24,7 +24,7 @@ static void solve(answer *a, const perp_contact_laws *laws, int32_t cone, int32_
     perp_matrix view = fresh_matrix();
 
     memset(a, 0, sizeof *a);
-    assert_int_equal(perp_contact_result_init(&a->result, sizeof a->result), PERP_OK);
+    assert_int_equal(perp_struct_init(&a->result, sizeof a->result), PERP_OK);
     settings.cone = cone;
     settings.tol = 1e-13;
     assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, n, n, W, n), PERP_OK);

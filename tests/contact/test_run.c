@@ -106,7 +106,7 @@ static void point_source(simulator *sim)
 {
     perp_contact_source *source = &sim->source;
 
-    perp_contact_source_init(source, sizeof *source);
+    perp_struct_init(source, sizeof *source);
     sim->at_records = sim->records;
     source->counts = sim->counts, source->contacts = &sim->at_records;
     source->stride = (int32_t)sizeof(record);
@@ -135,7 +135,7 @@ static void point(simulator *sim)
     s->J = &sim->at_J, s->gaps = &sim->at_gaps, s->row_force = &sim->at_force;
     s->acceleration = sim->acceleration, s->force_of_rows = sim->force_of_rows;
     s->source = &sim->source;
-    perp_matrix_init(&sim->mass_view, sizeof sim->mass_view);
+    perp_struct_init(&sim->mass_view, sizeof sim->mass_view);
     sim->mass_view.rows = N, sim->mass_view.columns = N, sim->mass_view.leading_dimension = N;
     sim->mass_view.storage = PERP_STORAGE_ROW_MAJOR, sim->mass_view.values = sim->M;
     sim->dynamics.n = N, sim->dynamics.M = &sim->mass_view;
@@ -151,11 +151,11 @@ static int setup(void **state)
     memset(&sim, 0, sizeof sim);
     assert_int_equal(perp_context_create(&sim.context, NULL), PERP_OK);
     assert_int_equal(perp_contact_solver_create(sim.context, &sim.solver, NULL), PERP_OK);
-    perp_contact_step_init(&sim.step, sizeof sim.step);
-    perp_contact_run_init(&sim.run, sizeof sim.run);
-    perp_contact_result_init(&sim.result, sizeof sim.result);
+    perp_struct_init(&sim.step, sizeof sim.step);
+    perp_struct_init(&sim.run, sizeof sim.run);
+    perp_struct_init(&sim.result, sizeof sim.result);
     perp_contact_laws_init(&sim.laws, sizeof sim.laws);
-    perp_contact_dynamics_init(&sim.dynamics, sizeof sim.dynamics);
+    perp_struct_init(&sim.dynamics, sizeof sim.dynamics);
     point_source(&sim);
     point(&sim);
     *state = &sim;

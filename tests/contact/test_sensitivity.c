@@ -40,7 +40,7 @@ typedef struct rig {
 
 static void view(perp_matrix *A, int32_t rows, const double *values)
 {
-    assert_int_equal(perp_matrix_init(A, sizeof *A), PERP_OK);
+    assert_int_equal(perp_struct_init(A, sizeof *A), PERP_OK);
     assert_int_equal(perp_matrix_dense(A, PERP_STORAGE_ROW_MAJOR, rows, N, values, N), PERP_OK);
 }
 
@@ -49,7 +49,7 @@ static void rig_of(const data *p, rig *g)
 {
     assert_int_equal(perp_contact_settings_init(&g->settings, sizeof g->settings), PERP_OK);
     assert_int_equal(perp_contact_laws_init(&g->laws, sizeof g->laws), PERP_OK);
-    assert_int_equal(perp_contact_dynamics_init(&g->dynamics, sizeof g->dynamics), PERP_OK);
+    assert_int_equal(perp_struct_init(&g->dynamics, sizeof g->dynamics), PERP_OK);
     view(&g->M, N, p->M);
     view(&g->H, ROWS, p->H);
     view(&g->G, BILATERAL, p->G);
@@ -112,7 +112,7 @@ static perp_contact_sensitivity *sensitivity_at(const data *p, const answer *a, 
     perp_contact_sensitivity *s = NULL;
     rig_of(p, g);
     g->settings.tol = 1e-9;
-    assert_int_equal(perp_contact_sensitivity_info_init(info, sizeof *info), PERP_OK);
+    assert_int_equal(perp_struct_init(info, sizeof *info), PERP_OK);
     assert_int_equal(perp_contact_sensitivity_create(context, &s, info, &g->settings, &g->laws,
                                                      &g->dynamics, p->f, p->w, p->b, a->r),
                      PERP_OK);
@@ -240,7 +240,7 @@ static perp_status open_block(block *b, const double *r)
     perp_matrix M, H;
     M = matrix_rows(b->M, 3, 3);
     H = matrix_rows(b->H, 3, 3);
-    assert_int_equal(perp_contact_sensitivity_info_init(&b->info, sizeof b->info), PERP_OK);
+    assert_int_equal(perp_struct_init(&b->info, sizeof b->info), PERP_OK);
     laws.contacts = 1;
     laws.mu = &b->mu;
     dynamics.n = 3;

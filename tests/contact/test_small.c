@@ -144,9 +144,9 @@ static void set_up(perp_contact_solver *solver, machine *m, int sparse)
     perp_contact_laws laws = fresh_contact_laws();
     perp_contact_dynamics dynamics = fresh_contact_dynamics();
     perp_matrix M, H, G;
-    assert_int_equal(perp_matrix_init(&M, sizeof M), PERP_OK);
-    assert_int_equal(perp_matrix_init(&H, sizeof H), PERP_OK);
-    assert_int_equal(perp_matrix_init(&G, sizeof G), PERP_OK);
+    assert_int_equal(perp_struct_init(&M, sizeof M), PERP_OK);
+    assert_int_equal(perp_struct_init(&H, sizeof H), PERP_OK);
+    assert_int_equal(perp_struct_init(&G, sizeof G), PERP_OK);
     if (sparse) {
         compress(m, compress(m, compress(m, 0, 0, m->M, N, &M), 1, m->H, ROWS, &H), 2, m->G, 1, &G);
     } else {
@@ -171,7 +171,7 @@ static void set_up(perp_contact_solver *solver, machine *m, int sparse)
 
 static void solve(perp_contact_solver *solver, const machine *m, const double *r0, answer *a)
 {
-    assert_int_equal(perp_contact_result_init(&a->result, sizeof a->result), PERP_OK);
+    assert_int_equal(perp_struct_init(&a->result, sizeof a->result), PERP_OK);
     assert_int_equal(perp_contact_solver_solve_dynamics(solver, a->v, a->r, a->u, a->modes, NULL,
                                                         &a->result, m->f, m->w, m->b, r0),
                      PERP_OK);

@@ -35,9 +35,9 @@ static void pose(question *q)
     q->load[0] = 1.0;
     assert_int_equal(perp_contact_laws_init(&q->laws, sizeof q->laws), PERP_OK);
     q->view = matrix_rows(q->H[0], 12, 6);
-    assert_int_equal(perp_statics_problem_init(&q->problem, sizeof q->problem), PERP_OK);
-    assert_int_equal(perp_statics_settings_init(&q->settings, sizeof q->settings), PERP_OK);
-    assert_int_equal(perp_statics_result_init(&q->result, sizeof q->result), PERP_OK);
+    assert_int_equal(perp_struct_init(&q->problem, sizeof q->problem), PERP_OK);
+    assert_int_equal(perp_struct_init(&q->settings, sizeof q->settings), PERP_OK);
+    assert_int_equal(perp_struct_init(&q->result, sizeof q->result), PERP_OK);
     q->laws.contacts = 4;
     q->laws.mu = q->mu;
     q->problem.n = 6;

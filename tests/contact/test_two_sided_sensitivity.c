@@ -17,7 +17,7 @@ static perp_contact_sensitivity *derive(both_problem *p, const double *r,
     static both_rig g;
     both_set(p, 0, 0, &g, &a);
     g.settings.tol = 1e-9;
-    assert_int_equal(perp_contact_sensitivity_info_init(info, sizeof *info), PERP_OK);
+    assert_int_equal(perp_struct_init(info, sizeof *info), PERP_OK);
     assert_int_equal(perp_contact_sensitivity_create(both_context, &s, info, &g.settings, &g.laws,
                                                      &g.dynamics, p->f, p->w,
                                                      p->w + p->rows + p->bounded, r),

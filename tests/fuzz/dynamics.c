@@ -59,8 +59,8 @@ void dynamics_make(fuzz_bytes *bytes, fuzz_mood mood, const laws_problem *p, dyn
     d->b = &d->w[p->rows - d->bilateral];
     fuzz_numbers(bytes, mood, d->f, n);
     fuzz_numbers(bytes, mood, d->w, p->rows);
-    if (perp_contact_dynamics_init(&d->dynamics, sizeof d->dynamics) != PERP_OK)
-        fuzz_fail("perp_contact_dynamics_init takes its own size");
+    if (perp_struct_init(&d->dynamics, sizeof d->dynamics) != PERP_OK)
+        fuzz_fail("perp_struct_init takes its own size");
     d->dynamics.n = n;
     d->dynamics.H = &d->H.view;
     d->dynamics.G = d->bilateral > 0 ? &d->G.view : NULL;
@@ -279,8 +279,8 @@ void dynamics_differentiate(perp_context *context, const perp_contact_settings *
     perp_contact_sensitivity_info info;
     wide size = 0, forward, adjoint;
 
-    if (perp_contact_sensitivity_info_init(&info, sizeof info) != PERP_OK)
-        fuzz_fail("perp_contact_sensitivity_info_init takes its own size");
+    if (perp_struct_init(&info, sizeof info) != PERP_OK)
+        fuzz_fail("perp_struct_init takes its own size");
     if (!fuzz_status(context,
                      perp_contact_sensitivity_create(context, &sensitivity, &info, settings,
                                                      &p->laws, &d->dynamics, d->f, d->w, d->b, r),

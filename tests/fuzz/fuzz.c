@@ -276,8 +276,8 @@ void fuzz_wrap(fuzz_bytes *bytes, fuzz_matrix *m, int32_t rows, int32_t columns,
     int32_t storage = fuzz_pick(bytes, 3);
 
     m->dense = dense;
-    if (perp_matrix_init(&m->view, sizeof m->view) != PERP_OK)
-        fuzz_fail("perp_matrix_init takes its own size");
+    if (perp_struct_init(&m->view, sizeof m->view) != PERP_OK)
+        fuzz_fail("perp_struct_init takes its own size");
     if (storage == PERP_STORAGE_CSC)
         wrap_sparse(bytes, m, rows, columns);
     else
@@ -350,8 +350,8 @@ perp_context *fuzz_open(fuzz_bytes *bytes, int failing)
     live = 0;
     shown_count = 0;
     fuzz_fail_after(-1);
-    if (perp_context_settings_init(&settings, sizeof settings) != PERP_OK)
-        fuzz_fail("perp_context_settings_init takes its own size");
+    if (perp_struct_init(&settings, sizeof settings) != PERP_OK)
+        fuzz_fail("perp_struct_init takes its own size");
     settings.allocate = counted_allocate;
     settings.release = counted_release;
     if (perp_context_create(&context, &settings) != PERP_OK)

@@ -72,8 +72,8 @@ static void linearise(fuzz_bytes *bytes, perp_context *context, perp_compliant *
         slip[i] = fuzz_pick(bytes, 3) - 1;
         load[i] = 1 - 2 * fuzz_pick(bytes, 2);
     }
-    if (perp_compliant_stability_init(&stability, sizeof stability) != PERP_OK)
-        fuzz_fail("perp_compliant_stability_init takes its own size");
+    if (perp_struct_init(&stability, sizeof stability) != PERP_OK)
+        fuzz_fail("perp_struct_init takes its own size");
     if (fuzz_status_of(
             context,
             perp_compliant_linearise(compliant, &stability, gamma, eigenvalues, slip, load),
@@ -114,7 +114,7 @@ static void run(fuzz_bytes *bytes, perp_context *context, perp_compliant *compli
     fuzz_numbers(bytes, mood, x0, s->n);
     fuzz_numbers(bytes, mood, v0, s->n);
     if (perp_compliant_settings_init(&settings, sizeof settings) != PERP_OK ||
-        perp_compliant_result_init(&result, sizeof result) != PERP_OK)
+        perp_struct_init(&result, sizeof result) != PERP_OK)
         fuzz_fail("the structs of compliant contacts take their own sizes");
     settings.tol = fuzz_tol(bytes, settings.tol);
     settings.most_steps = 1 + fuzz_pick(bytes, 200);
@@ -143,8 +143,8 @@ static void compliant_contacts(fuzz_bytes *bytes, perp_context *context)
     double force[MOST], mu[MOST], mu_static[MOST];
     int32_t one_sided[MOST];
 
-    if (perp_compliant_system_init(&s, sizeof s) != PERP_OK)
-        fuzz_fail("perp_compliant_system_init takes its own size");
+    if (perp_struct_init(&s, sizeof s) != PERP_OK)
+        fuzz_fail("perp_struct_init takes its own size");
     s.n = 1 + fuzz_pick(bytes, MOST);
     s.contacts = 1 + fuzz_pick(bytes, MOST);
     fuzz_fill_definite(bytes, mood, &matrices[0], s.n, s.n);
@@ -207,8 +207,8 @@ static void bristles(fuzz_bytes *bytes, perp_context *context)
     perp_bristle law;
     int32_t passive = 0;
 
-    if (perp_bristle_init(&law, sizeof law) != PERP_OK)
-        fuzz_fail("perp_bristle_init takes its own size");
+    if (perp_struct_init(&law, sizeof law) != PERP_OK)
+        fuzz_fail("perp_struct_init takes its own size");
     law.kinetic = fuzz_number(bytes, mood);
     law.breakaway = fuzz_one_in(bytes, 3) ? 0.0 : law.kinetic + fabs(fuzz_number(bytes, mood));
     law.speed = fuzz_number(bytes, mood);

@@ -22,8 +22,8 @@ static void solve(fuzz_bytes *bytes, perp_context *context, perp_contact_solver 
     fuzz_show("mu", p->mu, p->laws.contacts);
     if (warm)
         fuzz_numbers(bytes, FUZZ_MODERATE, r0, p->rows);
-    if (perp_contact_result_init(&result, sizeof result) != PERP_OK)
-        fuzz_fail("perp_contact_result_init takes its own size");
+    if (perp_struct_init(&result, sizeof result) != PERP_OK)
+        fuzz_fail("perp_struct_init takes its own size");
     if (!fuzz_status_of(context,
                         perp_contact_solver_solve_dynamics(solver, v, r, u, modes, ray, &result,
                                                            d->f, d->w, d->b, warm ? r0 : NULL),
@@ -174,8 +174,8 @@ static void make_simulator(fuzz_bytes *bytes, fuzz_mood mood, const laws_problem
     perp_contact_step *s = &sim->step;
 
     memset(sim, 0, sizeof *sim);
-    if (perp_contact_step_init(s, sizeof *s) != PERP_OK)
-        fuzz_fail("perp_contact_step_init takes its own size");
+    if (perp_struct_init(s, sizeof *s) != PERP_OK)
+        fuzz_fail("perp_struct_init takes its own size");
     make_lists(p, d, sim);
     make_matrices(bytes, d, sim);
     sim->velocity = fuzz_doubles(d->n), sim->force = fuzz_doubles(d->n);
@@ -282,8 +282,8 @@ static int take_step(perp_context *context, perp_contact_solver *solver,
     perp_contact_result result;
     int32_t i;
 
-    if (perp_contact_result_init(&result, sizeof result) != PERP_OK)
-        fuzz_fail("perp_contact_result_init takes its own size");
+    if (perp_struct_init(&result, sizeof result) != PERP_OK)
+        fuzz_fail("perp_struct_init takes its own size");
     if (s->rests) {
         if (perp_contact_solver_step(solver, s, &result, &p->laws, &d->dynamics) != PERP_OK ||
             !s->was_known)
@@ -324,8 +324,8 @@ static void refuse_a_number(fuzz_bytes *bytes, perp_context *context, perp_conta
     int k;
 
     *bad = NAN;
-    if (perp_contact_result_init(&result, sizeof result) != PERP_OK)
-        fuzz_fail("perp_contact_result_init takes its own size");
+    if (perp_struct_init(&result, sizeof result) != PERP_OK)
+        fuzz_fail("perp_struct_init takes its own size");
     for (k = 0; k < 2; k++) {
         renew_outputs(p, d, sim);
         if (fuzz_status_of(context,

@@ -51,8 +51,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     fuzz_show("mu", p.mu, p.laws.contacts);
     fuzz_show("tol", &settings.tol, 1);
     modes = fuzz_take(p.laws.contacts + p.laws.bounded, sizeof *modes);
-    if (perp_contact_result_init(result, sizeof *result) != PERP_OK)
-        fuzz_fail("perp_contact_result_init takes its own size");
+    if (perp_struct_init(result, sizeof *result) != PERP_OK)
+        fuzz_fail("perp_struct_init takes its own size");
     kept = *result;
     if (fuzz_one_in(&bytes, 3))
         fuzz_numbers(&bytes, mood, r0, p.rows);

@@ -179,8 +179,8 @@ static void create_others(object *o, perp_context *context, int kind)
     static const double z[2] = {0.5, 0}, mu[2] = {0.5, 0.5};
 
     if (perp_load_system_init(&load, sizeof load) != PERP_OK ||
-        perp_compliant_system_init(&compliant, sizeof compliant) != PERP_OK ||
-        perp_lcp_sensitivity_info_init(&info, sizeof info) != PERP_OK)
+        perp_struct_init(&compliant, sizeof compliant) != PERP_OK ||
+        perp_struct_init(&info, sizeof info) != PERP_OK)
         return;
     load.n = compliant.n = compliant.contacts = 2;
     load.A = load.C = compliant.mass = compliant.normal = compliant.tangent = &view;
@@ -230,7 +230,7 @@ static void use_lcp(object *o)
     perp_lcp_result result;
 
     INSIDE(o->owner, perp_lcp_solver_setup(o->handle, &view, NULL, NULL));
-    if (perp_lcp_result_init(&result, sizeof result) == PERP_OK)
+    if (perp_struct_init(&result, sizeof result) == PERP_OK)
         INSIDE(o->owner, perp_lcp_solver_solve(o->handle, z, w, NULL, &result, Q, NULL));
 }
 
@@ -240,8 +240,8 @@ static void use_ncp(object *o)
     perp_ncp_problem problem;
     perp_ncp_result result;
 
-    if (perp_ncp_problem_init(&problem, sizeof problem) != PERP_OK ||
-        perp_ncp_result_init(&result, sizeof result) != PERP_OK)
+    if (perp_struct_init(&problem, sizeof problem) != PERP_OK ||
+        perp_struct_init(&result, sizeof result) != PERP_OK)
         return;
     problem.n = 2;
     problem.function = function;
@@ -256,7 +256,7 @@ static void use_contact(object *o)
     perp_contact_result result;
 
     if (perp_contact_laws_init(&laws, sizeof laws) != PERP_OK ||
-        perp_contact_result_init(&result, sizeof result) != PERP_OK)
+        perp_struct_init(&result, sizeof result) != PERP_OK)
         return;
     laws.contacts = 1;
     laws.dim = 2;
@@ -284,8 +284,8 @@ static void use_mechanism(object *o)
     perp_mechanism_step step;
     perp_mechanism_summary summary;
 
-    if (perp_mechanism_step_init(&step, sizeof step) != PERP_OK ||
-        perp_mechanism_summary_init(&summary, sizeof summary) != PERP_OK)
+    if (perp_struct_init(&step, sizeof step) != PERP_OK ||
+        perp_struct_init(&summary, sizeof summary) != PERP_OK)
         return;
     INSIDE(o->owner,
            perp_mechanism_advance(o->handle, q, v, NULL, NULL, NULL, NULL, &step, 0, 0.1, q, v));
@@ -298,8 +298,8 @@ static void use_others(object *o)
     perp_load_summary summary;
     perp_compliant_result result;
 
-    if (perp_load_summary_init(&summary, sizeof summary) != PERP_OK ||
-        perp_compliant_result_init(&result, sizeof result) != PERP_OK)
+    if (perp_struct_init(&summary, sizeof summary) != PERP_OK ||
+        perp_struct_init(&result, sizeof result) != PERP_OK)
         return;
     if (o->kind == FRICTION)
         INSIDE(o->owner, perp_load_friction_solve(o->handle, &summary, Q, Q));
@@ -398,9 +398,9 @@ static void call_at_once(void)
     perp_lcp_result result;
     perp_lcp_proof proof;
 
-    if (perp_lcp_enumeration_init(&enumeration, sizeof enumeration) != PERP_OK ||
-        perp_lcp_result_init(&result, sizeof result) != PERP_OK ||
-        perp_lcp_proof_init(&proof, sizeof proof) != PERP_OK)
+    if (perp_struct_init(&enumeration, sizeof enumeration) != PERP_OK ||
+        perp_struct_init(&result, sizeof result) != PERP_OK ||
+        perp_struct_init(&proof, sizeof proof) != PERP_OK)
         return;
     switch (fuzz_pick(all.bytes, 4)) {
     case 0:
@@ -451,7 +451,7 @@ static void open_contexts(perp_context *counted)
 
     all.contexts[0] = counted;
     for (k = 1; k < CONTEXTS; k++) {
-        if (perp_context_settings_init(&settings, sizeof settings) != PERP_OK)
+        if (perp_struct_init(&settings, sizeof settings) != PERP_OK)
             return;
         settings.log = say;
         if (perp_context_create(&all.contexts[k], &settings) != PERP_OK)
@@ -467,7 +467,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 
     memset(&all, 0, sizeof all);
     all.bytes = &bytes;
-    if (perp_matrix_init(&view, sizeof view) != PERP_OK ||
+    if (perp_struct_init(&view, sizeof view) != PERP_OK ||
         perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 2, 2, M, 2) != PERP_OK)
         fuzz_fail("a view of a matrix can be made");
     open_contexts(context);

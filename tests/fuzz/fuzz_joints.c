@@ -179,8 +179,8 @@ static void forget_link(scene *s, int32_t k)
 {
     perp_joint_state state;
 
-    if (perp_joint_state_init(&state, sizeof state) != PERP_OK)
-        fuzz_fail("perp_joint_state_init takes its own size");
+    if (perp_struct_init(&state, sizeof state) != PERP_OK)
+        fuzz_fail("perp_struct_init takes its own size");
     if (perp_world_get_joint(s->world, &state, s->link[k].joint) == PERP_OK)
         fuzz_fail("joints: a removed joint is refused");
     s->link[k] = s->link[--s->links];
@@ -287,7 +287,7 @@ static void check_joint(const scene *s, const link *l, double dt, double slack)
     const perp_body_state states[2] = {read_body(s, l->bodies[0]), read_body(s, l->bodies[1])};
     perp_joint_state state;
 
-    if (perp_joint_state_init(&state, sizeof state) != PERP_OK ||
+    if (perp_struct_init(&state, sizeof state) != PERP_OK ||
         perp_world_get_joint(s->world, &state, l->joint) != PERP_OK)
         fuzz_fail("joints: a joint that was added can be read");
     fuzz_finite("joint position", &state.position, 1);
@@ -314,8 +314,8 @@ static int step(fuzz_bytes *bytes, scene *s, double dt)
     int32_t k, axis;
 
     (void)bytes;
-    if (perp_step_result_init(&result, sizeof result) != PERP_OK)
-        fuzz_fail("perp_step_result_init takes its own size");
+    if (perp_struct_init(&result, sizeof result) != PERP_OK)
+        fuzz_fail("perp_struct_init takes its own size");
     if (!fuzz_status(s->context, perp_world_step(s->world, &result, dt), "step"))
         return 0;
     if (!fuzz_good(result.outcome)) {

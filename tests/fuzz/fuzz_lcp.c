@@ -113,8 +113,8 @@ static void solve_one(fuzz_bytes *bytes, perp_context *context, perp_lcp_solver 
 
     if (with_start)
         fuzz_numbers(bytes, p->mood, z0, p->n);
-    if (perp_lcp_result_init(result, sizeof *result) != PERP_OK)
-        fuzz_fail("perp_lcp_result_init takes its own size");
+    if (perp_struct_init(result, sizeof *result) != PERP_OK)
+        fuzz_fail("perp_struct_init takes its own size");
     kept = *result;
     fuzz_show("z", z, p->n);
     monitor_calls = 0;

@@ -116,8 +116,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     found.tol = settings.tol;
     found.stop_at = fuzz_one_in(&bytes, 8) ? 1 : -1;
     lcp_problem_make(&bytes, &problem, 0, 7);
-    if (perp_lcp_enumeration_init(result, sizeof *result) != PERP_OK)
-        fuzz_fail("perp_lcp_enumeration_init takes its own size");
+    if (perp_struct_init(result, sizeof *result) != PERP_OK)
+        fuzz_fail("perp_struct_init takes its own size");
     kept = *result;
     status = perp_lcp_all(context, result, &settings, &problem.M.view, problem.q,
                           problem.lower_given, problem.upper_given, visit, &found);

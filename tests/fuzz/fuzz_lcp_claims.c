@@ -49,8 +49,8 @@ static void verify(perp_context *context, const lcp_problem *p, const double *z)
     perp_lcp_proof *proof = fuzz_take(1, sizeof *proof);
     const void *const outputs[] = {radii, NULL};
 
-    if (perp_lcp_proof_init(proof, sizeof *proof) != PERP_OK)
-        fuzz_fail("perp_lcp_proof_init takes its own size");
+    if (perp_struct_init(proof, sizeof *proof) != PERP_OK)
+        fuzz_fail("perp_struct_init takes its own size");
     if (!fuzz_status_of(context,
                         perp_lcp_verify(context, radii, proof, &p->M.view, p->q, p->lower_given,
                                         p->upper_given, z),
@@ -116,8 +116,8 @@ static void differentiate(fuzz_bytes *bytes, perp_context *context, const lcp_pr
     perp_lcp_sensitivity_info info;
     int32_t *places = fuzz_take(p->n, sizeof *places), i;
 
-    if (perp_lcp_sensitivity_info_init(&info, sizeof info) != PERP_OK)
-        fuzz_fail("perp_lcp_sensitivity_info_init takes its own size");
+    if (perp_struct_init(&info, sizeof info) != PERP_OK)
+        fuzz_fail("perp_struct_init takes its own size");
     if (!fuzz_status(context,
                      perp_lcp_sensitivity_create(context, &sensitivity, &info, settings, &p->M.view,
                                                  p->q, p->lower_given, p->upper_given, z),
@@ -144,8 +144,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     lcp_problem_make(&bytes, &problem, 0, 8);
     z = fuzz_doubles(problem.n);
     fuzz_numbers(&bytes, problem.mood, z, problem.n);
-    if (perp_lcp_result_init(&result, sizeof result) != PERP_OK)
-        fuzz_fail("perp_lcp_result_init takes its own size");
+    if (perp_struct_init(&result, sizeof result) != PERP_OK)
+        fuzz_fail("perp_struct_init takes its own size");
     if (!fuzz_one_in(&bytes, 4)) /* mostly a solution, if the solver has one */
         fuzz_status(context,
                     perp_lcp_solve(context, z, NULL, NULL, &result, &settings, &problem.M.view,

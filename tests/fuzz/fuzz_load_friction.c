@@ -98,7 +98,7 @@ static void check_answers(perp_context *context, perp_load_friction *handle, con
 
     for (k = 0; k < count; k++) {
         mark = fuzz_mark();
-        if (perp_load_found_init(&found, sizeof found) != PERP_OK ||
+        if (perp_struct_init(&found, sizeof found) != PERP_OK ||
             !fuzz_status(context, perp_load_friction_get(handle, &found, k), "get"))
             fuzz_fail("load_friction: answer %d of %d can be had", k, count);
         fuzz_show("acceleration", found.acceleration, p->n);
@@ -144,7 +144,7 @@ static int is_among(perp_load_friction *handle, int32_t n, int32_t count, const 
     int32_t k, i, same = 0;
 
     for (k = 0; k < count && !same; k++) {
-        if (perp_load_found_init(&found, sizeof found) != PERP_OK ||
+        if (perp_struct_init(&found, sizeof found) != PERP_OK ||
             perp_load_friction_get(handle, &found, k) != PERP_OK)
             return 0;
         /* 1e-6: blocks of small integers; a family may stand for its members */
@@ -185,10 +185,10 @@ static void ask(fuzz_bytes *bytes, perp_context *context, perp_load_friction *ha
     perp_load_step step;
     double h = pow(2, -fuzz_pick(bytes, 20));
 
-    if (perp_load_summary_init(&summary, sizeof summary) != PERP_OK ||
-        perp_load_uniqueness_init(&uniqueness, sizeof uniqueness) != PERP_OK ||
-        perp_load_inverse_init(&inverse, sizeof inverse) != PERP_OK ||
-        perp_load_step_init(&step, sizeof step) != PERP_OK)
+    if (perp_struct_init(&summary, sizeof summary) != PERP_OK ||
+        perp_struct_init(&uniqueness, sizeof uniqueness) != PERP_OK ||
+        perp_struct_init(&inverse, sizeof inverse) != PERP_OK ||
+        perp_struct_init(&step, sizeof step) != PERP_OK)
         fuzz_fail("the structs of perp/friction.h take their own sizes");
     switch (fuzz_pick(bytes, 4)) {
     case 0:

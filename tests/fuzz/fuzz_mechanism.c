@@ -295,8 +295,8 @@ static void advance(fuzz_bytes *bytes, perp_context *context, perp_mechanism *me
     perp_mechanism_step step;
 
     (void)bytes;
-    if (perp_mechanism_step_init(&step, sizeof step) != PERP_OK)
-        fuzz_fail("perp_mechanism_step_init takes its own size");
+    if (perp_struct_init(&step, sizeof step) != PERP_OK)
+        fuzz_fail("perp_struct_init takes its own size");
     if (!fuzz_status_of(
             context,
             perp_mechanism_advance(mechanism, q, v, r, u, modes, ray, &step, 0.0, h, m->q, m->v),
@@ -333,8 +333,8 @@ static void run(perp_context *context, perp_mechanism *mechanism, machine *m, do
     double *q = fuzz_doubles(m->n), *v = fuzz_doubles(m->n);
     perp_mechanism_run_result result;
 
-    if (perp_mechanism_run_result_init(&result, sizeof result) != PERP_OK)
-        fuzz_fail("perp_mechanism_run_result_init takes its own size");
+    if (perp_struct_init(&result, sizeof result) != PERP_OK)
+        fuzz_fail("perp_struct_init takes its own size");
     if (!fuzz_status_of(
             context,
             perp_mechanism_run(mechanism, q, v, &result, 0.0, 5 * h, h, m->q, m->v, observe, m),
@@ -391,8 +391,8 @@ static void check(perp_context *context, perp_mechanism *mechanism, machine *m)
 {
     perp_mechanism_check_result result;
 
-    if (perp_mechanism_check_result_init(&result, sizeof result) != PERP_OK)
-        fuzz_fail("perp_mechanism_check_result_init takes its own size");
+    if (perp_struct_init(&result, sizeof result) != PERP_OK)
+        fuzz_fail("perp_struct_init takes its own size");
     fuzz_status(context, perp_mechanism_check(mechanism, &result, 0.0, m->q, m->v),
                 "perp_mechanism_check");
 }
@@ -404,8 +404,8 @@ static void enumerate(perp_context *context, perp_mechanism *mechanism, machine 
     int32_t k;
     perp_status status;
 
-    if (perp_mechanism_summary_init(&summary, sizeof summary) != PERP_OK)
-        fuzz_fail("perp_mechanism_summary_init takes its own size");
+    if (perp_struct_init(&summary, sizeof summary) != PERP_OK)
+        fuzz_fail("perp_struct_init takes its own size");
     status = h > 0 ? perp_mechanism_answers(mechanism, &summary, 0.0, h, m->q, m->v)
                    : perp_mechanism_accelerations(mechanism, &summary, 0.0, m->q, m->v);
     if (!fuzz_status(context, status, "the accelerations of a mechanism"))
@@ -413,7 +413,7 @@ static void enumerate(perp_context *context, perp_mechanism *mechanism, machine 
     for (k = 0; k < summary.count; k++) {
         int mark = fuzz_mark();
 
-        if (perp_mechanism_found_init(&found, sizeof found) != PERP_OK ||
+        if (perp_struct_init(&found, sizeof found) != PERP_OK ||
             perp_mechanism_get_acceleration(mechanism, &found, k) != PERP_OK)
             fuzz_fail("mechanism: answer %d of %d can be had", k, summary.count);
         check_found(m, &found);

@@ -202,8 +202,8 @@ static void compare_jacobian(perp_context *context, nonlinear *f, const perp_ncp
 
     for (i = 0; i < f->n; i++)
         z[i] = fmin(fmax(f->z0[i], f->lower[i]), f->upper[i]);
-    if (perp_ncp_check_init(found, sizeof *found) != PERP_OK)
-        fuzz_fail("perp_ncp_check_init takes its own size");
+    if (perp_struct_init(found, sizeof *found) != PERP_OK)
+        fuzz_fail("perp_struct_init takes its own size");
     if (fuzz_status(context, perp_ncp_check_jacobian(context, found, problem, z),
                     "perp_ncp_check_jacobian") &&
         found->missing != 0)
@@ -222,8 +222,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 
     make_settings(&bytes, &settings);
     make(&bytes, &f);
-    if (perp_ncp_problem_init(&problem, sizeof problem) != PERP_OK ||
-        perp_ncp_result_init(result, sizeof *result) != PERP_OK)
+    if (perp_struct_init(&problem, sizeof problem) != PERP_OK ||
+        perp_struct_init(result, sizeof *result) != PERP_OK)
         fuzz_fail("the structs of perp/ncp.h take their own sizes");
     kept = *result;
     problem.n = f.n;

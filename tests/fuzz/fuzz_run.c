@@ -243,10 +243,10 @@ static void run_steps(simulator *sim, perp_context *context, perp_contact_solver
     perp_contact_dynamics dynamics;
     perp_matrix M;
 
-    if (perp_contact_result_init(&result, sizeof result) != PERP_OK ||
+    if (perp_struct_init(&result, sizeof result) != PERP_OK ||
         perp_contact_laws_init(&laws, sizeof laws) != PERP_OK ||
-        perp_contact_dynamics_init(&dynamics, sizeof dynamics) != PERP_OK ||
-        perp_matrix_init(&M, sizeof M) != PERP_OK ||
+        perp_struct_init(&dynamics, sizeof dynamics) != PERP_OK ||
+        perp_struct_init(&M, sizeof M) != PERP_OK ||
         perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, sim->n, sim->n, step->M, sim->n) != PERP_OK)
         fuzz_fail("structs take their own size");
     dynamics.n = sim->n, dynamics.M = &M;
@@ -303,9 +303,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     sim.n = 1 + fuzz_pick(&bytes, VELOCITIES);
     sim.wild = fuzz_pick(&bytes, 2) ? 16 : 0;
     if (perp_contact_settings_init(&settings, sizeof settings) != PERP_OK ||
-        perp_contact_step_init(&step, sizeof step) != PERP_OK ||
-        perp_contact_source_init(&source, sizeof source) != PERP_OK ||
-        perp_contact_run_init(&run, sizeof run) != PERP_OK)
+        perp_struct_init(&step, sizeof step) != PERP_OK ||
+        perp_struct_init(&source, sizeof source) != PERP_OK ||
+        perp_struct_init(&run, sizeof run) != PERP_OK)
         fuzz_fail("structs take their own size");
     settings.max_iterations = 1000;
     point(&sim, &step, &source);

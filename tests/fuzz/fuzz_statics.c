@@ -92,8 +92,8 @@ static void make(fuzz_bytes *bytes, statics_problem *p)
         p->r0[k] = flags & 16 ? fuzz_pick(bytes, 5) - 2.0 : 0.0;
     p->carried &= !(flags & 16); /* not along r0, perhaps */
     make_scale(p);
-    if (perp_statics_problem_init(&p->given, sizeof p->given) != PERP_OK ||
-        perp_statics_settings_init(&p->settings, sizeof p->settings) != PERP_OK)
+    if (perp_struct_init(&p->given, sizeof p->given) != PERP_OK ||
+        perp_struct_init(&p->settings, sizeof p->settings) != PERP_OK)
         fuzz_fail("perp_statics_..._init take their own size");
     p->given.n = p->n;
     p->given.laws = &p->laws.laws;
@@ -309,8 +309,8 @@ static void check_certificate(const statics_problem *p, const double *v, double 
 static int call(perp_context *context, const statics_problem *p, perp_statics_result *result,
                 double *r, double *v)
 {
-    if (perp_statics_result_init(result, sizeof *result) != PERP_OK)
-        fuzz_fail("perp_statics_result_init takes its own size");
+    if (perp_struct_init(result, sizeof *result) != PERP_OK)
+        fuzz_fail("perp_struct_init takes its own size");
     if (!fuzz_status_of(context,
                         perp_contact_statics(context, r, v, result, &p->given, &p->settings),
                         "statics", (const void *[]){r, v, NULL}))

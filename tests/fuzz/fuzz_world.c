@@ -175,7 +175,7 @@ static void check_slot(const scene *s, const perp_body_state *state, perp_body b
     perp_world_states states;
     int32_t slot = -1;
 
-    if (perp_world_states_init(&states, sizeof states) != PERP_OK ||
+    if (perp_struct_init(&states, sizeof states) != PERP_OK ||
         perp_world_get_states(s->world, &states) != PERP_OK ||
         perp_world_body_slot(s->world, &slot, body) != PERP_OK || slot < 1 || slot >= states.slots)
         fuzz_fail("world: a body that was added has a slot");
@@ -256,7 +256,7 @@ static double push_at(const scene *s, const perp_world_contact *c)
         for (k = 0; k < count; k++) {
             double force = 0.0, lever = 0.0;
 
-            if (perp_world_contact_init(&other, sizeof other) != PERP_OK ||
+            if (perp_struct_init(&other, sizeof other) != PERP_OK ||
                 perp_world_get_contact(s->world, &other, k) != PERP_OK)
                 fuzz_fail("world: contact %d of %d can be read", k, count);
             if (other.body_a != bodies[side] && other.body_b != bodies[side])
@@ -290,14 +290,14 @@ static void check_contacts(const scene *s, int good, double residual)
     perp_world_stats stats;
     perp_world_contact c;
 
-    if (perp_world_stats_init(&stats, sizeof stats) != PERP_OK ||
+    if (perp_struct_init(&stats, sizeof stats) != PERP_OK ||
         perp_world_get_stats(s->world, &stats) != PERP_OK)
         fuzz_fail("world: statistics can be read");
 
     for (k = 0; k < count; k++) {
         double slip, most;
 
-        if (perp_world_contact_init(&c, sizeof c) != PERP_OK ||
+        if (perp_struct_init(&c, sizeof c) != PERP_OK ||
             perp_world_get_contact(s->world, &c, k) != PERP_OK)
             fuzz_fail("world: contact %d of %d can be read", k, count);
         if (!good)
@@ -330,8 +330,8 @@ static int step(fuzz_bytes *bytes, scene *s, double dt)
     int good;
 
     (void)bytes;
-    if (perp_step_result_init(&result, sizeof result) != PERP_OK)
-        fuzz_fail("perp_step_result_init takes its own size");
+    if (perp_struct_init(&result, sizeof result) != PERP_OK)
+        fuzz_fail("perp_struct_init takes its own size");
     if (!fuzz_status(s->context, perp_world_step(s->world, &result, dt), "step"))
         return 0;
     good = fuzz_good(result.outcome);
@@ -396,8 +396,8 @@ static void read_all(fuzz_bytes *bytes, scene *s)
     perp_world_contact contact;
     double x[9], mass = 0;
 
-    if (perp_world_stats_init(&stats, sizeof stats) != PERP_OK ||
-        perp_world_contact_init(&contact, sizeof contact) != PERP_OK)
+    if (perp_struct_init(&stats, sizeof stats) != PERP_OK ||
+        perp_struct_init(&contact, sizeof contact) != PERP_OK)
         fuzz_fail("the structs of perp/world.h take their own sizes");
     fuzz_status(s->context, perp_world_get_stats(s->world, &stats), "get_stats");
     fuzz_status(s->context, perp_world_energy(s->world, &x[0], &x[1]), "energy");

@@ -96,7 +96,7 @@ static inline perp_lcp_enumeration enumerate(perp_context *context, list *l, con
     perp_lcp_enumeration result;
 
     open_list(l, problem);
-    assert_int_equal(perp_lcp_enumeration_init(&result, sizeof result), PERP_OK);
+    assert_int_equal(perp_struct_init(&result, sizeof result), PERP_OK);
     assert_int_equal(perp_lcp_all(context, &result, NULL, &problem->view, problem->q,
                                   problem->lower, problem->upper, visit, l),
                      PERP_OK);

@@ -285,7 +285,7 @@ static void test_beams(void **state)
             beam.lower[j] = -d;
         }
         beam.column_starts[n] = at;
-        assert_int_equal(perp_matrix_init(&beam.view, sizeof beam.view), PERP_OK);
+        assert_int_equal(perp_struct_init(&beam.view, sizeof beam.view), PERP_OK);
         assert_int_equal(
             perp_matrix_csc(&beam.view, n, n, beam.column_starts, beam.row_indices, beam.values),
             PERP_OK);

@@ -214,7 +214,7 @@ static void open_bench(bench *b, const scenario *s, uint64_t seed)
     b->settings = settings_of(s);
     make_problem(&b->problem, s, seed);
     b->z = check_allocate((size_t)b->problem.n, sizeof *b->z);
-    assert_int_equal(perp_lcp_result_init(&b->result, sizeof b->result), PERP_OK);
+    assert_int_equal(perp_struct_init(&b->result, sizeof b->result), PERP_OK);
     assert_int_equal(perp_context_create(&b->context, &context_settings), PERP_OK);
     assert_int_equal(perp_lcp_solver_create(b->context, &b->solver, &b->settings), PERP_OK);
 }

@@ -120,7 +120,7 @@ static void fill(double *z, double *w, double *ray, perp_lcp_result *result, siz
 {
     size_t i;
 
-    assert_int_equal(perp_lcp_result_init(result, sizeof *result), PERP_OK);
+    assert_int_equal(perp_struct_init(result, sizeof *result), PERP_OK);
     memset((char *)result + sizeof(size_t), 0x5a, sizeof *result - sizeof(size_t));
     for (i = 0; i < n; i++)
         z[i] = w[i] = ray[i] = 123.25;

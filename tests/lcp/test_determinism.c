@@ -210,7 +210,7 @@ static void test_sparse_solver_after_other_right_hand_sides(void **state)
         for (used = 0; used < 2; used++) {
             assert_int_equal(perp_lcp_solver_create(context, &solver, &settings), PERP_OK);
             assert_int_equal(perp_lcp_solver_setup(solver, &sparse.view, NULL, NULL), PERP_OK);
-            assert_int_equal(perp_lcp_result_init(&results[used], sizeof results[used]), PERP_OK);
+            assert_int_equal(perp_struct_init(&results[used], sizeof results[used]), PERP_OK);
             if (used)
                 assert_int_equal(
                     perp_lcp_solver_solve(solver, z[1], w[1], NULL, &results[1], other, NULL),

@@ -179,7 +179,7 @@ static void test_pattern_changes(void **state)
             M = run_dense(full, 3);
         assert_int_equal(perp_lcp_solver_setup(solver, &M, NULL, NULL), PERP_OK);
         for (int again = 0; again < 2; again++) {
-            assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
+            assert_int_equal(perp_struct_init(&result, sizeof result), PERP_OK);
             assert_int_equal(perp_lcp_solver_solve(solver, z, NULL, NULL, &result, q, NULL),
                              PERP_OK);
             assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);

@@ -33,7 +33,7 @@ static void test_no_variables(void **state)
         assert_true(r.result.iterations <= (m < 2 ? 0 : 1)); /* a sweep over nothing */
         assert_true(r.result.residual == 0 && r.result.backward_error == 0);
         run_release(&r);
-        assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
+        assert_int_equal(perp_struct_init(&result, sizeof result), PERP_OK);
         assert_int_equal(perp_lcp_solve(context, NULL, NULL, NULL, &result, &settings,
                                         &problem.view, NULL, NULL, NULL, NULL),
                          PERP_OK); /* arrays of no entries need not exist */

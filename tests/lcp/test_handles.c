@@ -163,8 +163,8 @@ static void test_structs_of_a_later_release(void **state)
 
     (void)state;
     assert_int_equal(perp_lcp_settings_init(&settings.s, sizeof settings), PERP_OK);
-    assert_int_equal(perp_lcp_result_init(&result.r, sizeof result), PERP_OK);
-    assert_int_equal(perp_matrix_init(&M.m, sizeof M), PERP_OK);
+    assert_int_equal(perp_struct_init(&result.r, sizeof result), PERP_OK);
+    assert_int_equal(perp_struct_init(&M.m, sizeof M), PERP_OK);
     assert_int_equal(perp_matrix_dense(&M.m, PERP_STORAGE_ROW_MAJOR, 2, 2, values, 2), PERP_OK);
     assert_int_equal(
         perp_lcp_solve(context, z, NULL, NULL, &result.r, &settings.s, &M.m, q, NULL, NULL, NULL),

@@ -268,7 +268,7 @@ static void test_limits_and_stops(void **state)
         assert_int_equal(r.result.outcome, PERP_OUTCOME_STOPPED);
         run_release(&r);
         answer = -1;
-        assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
+        assert_int_equal(perp_struct_init(&result, sizeof result), PERP_OK);
         assert_int_equal(perp_lcp_solve(context, z, NULL, NULL, &result, &settings, &problem.view,
                                         problem.q, problem.lower, problem.upper, NULL),
                          PERP_ERROR_CALLBACK);

@@ -113,7 +113,7 @@ static void test_monitor(void **state)
             memset(&l, 0, sizeof l);
             l.at = at;
             l.answer = -1;
-            assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
+            assert_int_equal(perp_struct_init(&result, sizeof result), PERP_OK);
             assert_int_equal(perp_lcp_solve(context, z, NULL, NULL, &result, &settings,
                                             &problem.view, problem.q, NULL, NULL, NULL),
                              PERP_ERROR_CALLBACK);

@@ -85,7 +85,7 @@ static perp_status solve_3(double diagonal, int csc, double *z)
 
     values[8] = sparse[3] = diagonal;
     if (csc) {
-        assert_int_equal(perp_matrix_init(&M, sizeof M), PERP_OK);
+        assert_int_equal(perp_struct_init(&M, sizeof M), PERP_OK);
         assert_int_equal(
             perp_matrix_csc(&M, 3, 3, diagonal == 0.0 ? starts_without : starts, rows, sparse),
             PERP_OK);

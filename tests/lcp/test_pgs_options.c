@@ -128,7 +128,7 @@ static void test_rows_of_zeros_without_a_place(void **state)
 static void solve_with(perp_lcp_solver *solver, const perp_lcp_settings *settings, const double *q,
                        double *z, perp_lcp_result *result)
 {
-    assert_int_equal(perp_lcp_result_init(result, sizeof *result), PERP_OK);
+    assert_int_equal(perp_struct_init(result, sizeof *result), PERP_OK);
     assert_int_equal(perp_lcp_solver_set(solver, settings), PERP_OK);
     assert_int_equal(perp_lcp_solver_solve(solver, z, NULL, NULL, result, q, NULL), PERP_OK);
 }

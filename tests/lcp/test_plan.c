@@ -226,7 +226,7 @@ static void option_problem(gen_lcp *option, double length)
         }
         option->column_starts[column + 1] = count;
     }
-    assert_int_equal(perp_matrix_init(&option->view, sizeof option->view), PERP_OK);
+    assert_int_equal(perp_struct_init(&option->view, sizeof option->view), PERP_OK);
     assert_int_equal(perp_matrix_csc(&option->view, n, n, option->column_starts,
                                      option->row_indices, option->values),
                      PERP_OK);

@@ -48,7 +48,7 @@ static perp_status solve(seen *s, double *z, double *w, perp_lcp_result *result,
 {
     const gen_lcp *p = s->problem;
 
-    assert_int_equal(perp_lcp_result_init(result, sizeof *result), PERP_OK);
+    assert_int_equal(perp_struct_init(result, sizeof *result), PERP_OK);
     return perp_lcp_solve_product(context, z, w, result, settings, p->n, multiply, s, diagonal,
                                   p->q, p->lower, p->upper, z0);
 }

@@ -44,10 +44,10 @@ static void prepare(call *c)
     memset(c, 0, sizeof *c);
     c->s.settings = run_settings(PERP_LCP_AUTO);
     memcpy(c->values, values, sizeof values);
-    assert_int_equal(perp_matrix_init(&c->M.view, sizeof c->M.view), PERP_OK);
+    assert_int_equal(perp_struct_init(&c->M.view, sizeof c->M.view), PERP_OK);
     assert_int_equal(perp_matrix_dense(&c->M.view, PERP_STORAGE_COLUMN_MAJOR, N, N, c->values, N),
                      PERP_OK);
-    assert_int_equal(perp_lcp_result_init(&c->r.result, sizeof c->r.result), PERP_OK);
+    assert_int_equal(perp_struct_init(&c->r.result, sizeof c->r.result), PERP_OK);
     memset(c->r.bytes + sizeof(size_t), 0x5a, sizeof(perp_lcp_result) - sizeof(size_t));
     for (i = 0; i < N; i++) {
         c->q[i] = i - 2.0;

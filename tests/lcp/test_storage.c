@@ -24,7 +24,7 @@ static double *lay_out(perp_matrix *view, const gen_lcp *problem, int32_t storag
         for (j = 0; j < n; j++)
             values[storage == PERP_STORAGE_ROW_MAJOR ? i * ld + j : i + j * ld] =
                 problem->M[i * n + j];
-    assert_int_equal(perp_matrix_init(view, sizeof *view), PERP_OK);
+    assert_int_equal(perp_struct_init(view, sizeof *view), PERP_OK);
     assert_int_equal(perp_matrix_dense(view, storage, n, n, values, ld), PERP_OK);
     return values;
 }

@@ -59,7 +59,7 @@ static inline void views_make(views *v, int32_t rows, int32_t columns, const dou
         v->column_starts[j + 1] = count;
     }
     for (k = 0; k < VIEWS; k++)
-        assert_int_equal(perp_matrix_init(&v->caller[k], sizeof v->caller[k]), PERP_OK);
+        assert_int_equal(perp_struct_init(&v->caller[k], sizeof v->caller[k]), PERP_OK);
     perp_matrix_dense(&v->caller[VIEW_BY_COLUMNS], PERP_STORAGE_COLUMN_MAJOR, rows, columns,
                       v->by_columns, rows + VIEW_GAP);
     perp_matrix_dense(&v->caller[VIEW_BY_ROWS], PERP_STORAGE_ROW_MAJOR, rows, columns, v->by_rows,

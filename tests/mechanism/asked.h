@@ -30,7 +30,7 @@ static inline void asked_begin(asked *a, int32_t velocities, int32_t scheme)
     memset(a, 0, sizeof *a);
     assert_int_equal(perp_mechanism_model_init(&a->model, sizeof a->model), PERP_OK);
     assert_int_equal(perp_mechanism_settings_init(&a->settings, sizeof a->settings), PERP_OK);
-    assert_int_equal(perp_mechanism_step_init(&a->step, sizeof a->step), PERP_OK);
+    assert_int_equal(perp_struct_init(&a->step, sizeof a->step), PERP_OK);
     assert_int_equal(perp_context_create(&a->context, NULL), PERP_OK);
     a->model.velocities = velocities;
     a->settings.scheme = scheme;

@@ -99,8 +99,8 @@ static inline void table_make(table *s, int32_t n, int32_t contacts, int32_t dim
     memset(s, 0, sizeof *s);
     assert_int_equal(perp_mechanism_model_init(&s->model, sizeof s->model), PERP_OK);
     assert_int_equal(perp_mechanism_settings_init(&s->settings, sizeof s->settings), PERP_OK);
-    assert_int_equal(perp_mechanism_summary_init(&s->summary, sizeof s->summary), PERP_OK);
-    assert_int_equal(perp_mechanism_found_init(&s->found, sizeof s->found), PERP_OK);
+    assert_int_equal(perp_struct_init(&s->summary, sizeof s->summary), PERP_OK);
+    assert_int_equal(perp_struct_init(&s->found, sizeof s->found), PERP_OK);
     s->model.velocities = n;
     s->model.contacts = contacts;
     s->model.dim = dim;

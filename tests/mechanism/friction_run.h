@@ -26,7 +26,7 @@ static inline perp_load_system *describe(asked *a, int32_t n, const double *A, c
     a->A = matrix_rows(A, n, n);
     a->C = matrix_rows(C, n, n);
     assert_int_equal(perp_load_system_init(&a->system, sizeof a->system), PERP_OK);
-    assert_int_equal(perp_load_summary_init(&a->summary, sizeof a->summary), PERP_OK);
+    assert_int_equal(perp_struct_init(&a->summary, sizeof a->summary), PERP_OK);
     a->system.n = n;
     a->system.A = &a->A;
     a->system.C = &a->C;
@@ -53,7 +53,7 @@ static inline perp_load_found answer(asked *a, int32_t index)
 {
     perp_load_found found;
 
-    assert_int_equal(perp_load_found_init(&found, sizeof found), PERP_OK);
+    assert_int_equal(perp_struct_init(&found, sizeof found), PERP_OK);
     assert_int_equal(perp_load_friction_get(a->friction, &found, index), PERP_OK);
     return found;
 }

@@ -102,7 +102,7 @@ static inline void moving_describe(moving *s, int32_t contacts, int32_t normals)
     memset(s, 0, sizeof *s);
     assert_int_equal(perp_mechanism_model_init(&s->model, sizeof s->model), PERP_OK);
     assert_int_equal(perp_mechanism_settings_init(&s->settings, sizeof s->settings), PERP_OK);
-    assert_int_equal(perp_mechanism_step_init(&s->step, sizeof s->step), PERP_OK);
+    assert_int_equal(perp_struct_init(&s->step, sizeof s->step), PERP_OK);
     s->model.velocities = 3;
     s->model.contacts = contacts;
     s->model.dim = normals + 1;
@@ -176,7 +176,7 @@ static inline double moving_run(moving *s, double end, double h)
 {
     perp_mechanism_run_result result;
 
-    assert_int_equal(perp_mechanism_run_result_init(&result, sizeof result), PERP_OK);
+    assert_int_equal(perp_struct_init(&result, sizeof result), PERP_OK);
     if (perp_mechanism_run(s->mechanism, s->q, s->v, &result, s->t, end, h, s->q, s->v, NULL,
                            NULL) != PERP_OK)
         fail_msg("%s", perp_context_message(s->context));

@@ -30,7 +30,7 @@ static inline void rig_open(rig *r, int32_t name)
     memset(r, 0, sizeof *r);
     machine_make(&r->machine, name);
     assert_int_equal(perp_mechanism_settings_init(&r->settings, sizeof r->settings), PERP_OK);
-    assert_int_equal(perp_mechanism_step_init(&r->step, sizeof r->step), PERP_OK);
+    assert_int_equal(perp_struct_init(&r->step, sizeof r->step), PERP_OK);
     assert_int_equal(perp_context_create(&r->context, NULL), PERP_OK);
 }
 

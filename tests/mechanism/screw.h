@@ -34,7 +34,7 @@ static inline void describe_screw(screw *s, double T, double stiffness, double d
     s->mass = matrix_rows(s->values, 2, 2);
     s->normal = matrix_rows(s->rows, 1, 2);
     s->tangent = matrix_rows(s->rows + 2, 1, 2);
-    assert_int_equal(perp_compliant_system_init(&s->system, sizeof s->system), PERP_OK);
+    assert_int_equal(perp_struct_init(&s->system, sizeof s->system), PERP_OK);
     s->system.n = 2;
     s->system.contacts = 1;
     s->system.mass = &s->mass;

@@ -244,7 +244,7 @@ static int32_t watch(const perp_mechanism_view *view, void *user)
 static perp_status run_rig(rig *r, perp_mechanism_run_result *result, watched *w, double h,
                            double end)
 {
-    assert_int_equal(perp_mechanism_run_result_init(result, sizeof *result), PERP_OK);
+    assert_int_equal(perp_struct_init(result, sizeof *result), PERP_OK);
     return perp_mechanism_run(r->mechanism, r->q, r->v, result, 0, end, h, r->machine.q,
                               r->machine.v, watch, w);
 }

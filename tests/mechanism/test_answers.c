@@ -11,7 +11,7 @@ typedef struct answers {
 
 static int32_t ask(rig *r, answers *a, double h)
 {
-    perp_mechanism_summary_init(&a->summary, sizeof a->summary);
+    perp_struct_init(&a->summary, sizeof a->summary);
     if (perp_mechanism_answers(r->mechanism, &a->summary, r->t, h, r->q, r->v) != PERP_OK)
         fail_msg("%s", perp_context_message(r->context));
     assert_int_equal(a->summary.exhaustive, 1);
@@ -20,7 +20,7 @@ static int32_t ask(rig *r, answers *a, double h)
 
 static const perp_mechanism_found *get(rig *r, answers *a, int32_t index)
 {
-    perp_mechanism_found_init(&a->found, sizeof a->found);
+    perp_struct_init(&a->found, sizeof a->found);
     assert_int_equal(perp_mechanism_get_acceleration(r->mechanism, &a->found, index), PERP_OK);
     assert_true(a->found.residual <= ROUNDING);
     return &a->found;

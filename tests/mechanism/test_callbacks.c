@@ -188,7 +188,7 @@ static void test_answers(void **state)
             tabled_zero(r.impulse[i], "impulse");
         assert_int_equal(r.step.has_ray, 0);
         assert_int_equal(r.step.closed, 0);
-        assert_int_equal(perp_mechanism_run_result_init(&result, sizeof result), PERP_OK);
+        assert_int_equal(perp_struct_init(&result, sizeof result), PERP_OK);
         assert_int_equal(
             perp_mechanism_run(r.mechanism, q, v, &result, 0, 1, 0.125, r.q, r.v, NULL, NULL),
             PERP_OK);

@@ -72,7 +72,7 @@ static void open_body(body *b, const perp_context_settings *settings)
     b->outside = INFINITY;
     assert_int_equal(perp_context_create(&b->context, settings), PERP_OK);
     assert_int_equal(perp_mechanism_model_init(&b->model, sizeof b->model), PERP_OK);
-    assert_int_equal(perp_mechanism_check_result_init(&b->check, sizeof b->check), PERP_OK);
+    assert_int_equal(perp_struct_init(&b->check, sizeof b->check), PERP_OK);
     b->model.velocities = 3;
     b->model.coordinates = 4;
     b->model.contacts = 2;

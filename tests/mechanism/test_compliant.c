@@ -154,7 +154,7 @@ static void test_reduced_model(void **state)
 
     (void)state;
     for (k = 0; k < 4; k++)
-        perp_matrix_init(&view[k], sizeof view[k]);
+        perp_struct_init(&view[k], sizeof view[k]);
     perp_matrix_dense(&view[0], PERP_STORAGE_ROW_MAJOR, 2, 2, S, 2);
     perp_matrix_dense(&view[1], PERP_STORAGE_ROW_MAJOR, 4, 4, mass, 4);
     perp_matrix_dense(&view[2], PERP_STORAGE_ROW_MAJOR, 2, 4, normal, 4);
@@ -163,7 +163,7 @@ static void test_reduced_model(void **state)
     a.system.stiffness = 100;
     a.system.damping = 3;
     start(&a, NULL);
-    perp_compliant_system_init(&system, sizeof system);
+    perp_struct_init(&system, sizeof system);
     system.n = 4;
     system.contacts = 2;
     system.mass = &view[1];

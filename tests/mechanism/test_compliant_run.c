@@ -86,7 +86,7 @@ static void test_constant_load(void **state)
 
     (void)state;
     for (k = 0; k < 3; k++)
-        perp_matrix_init(&view[k], sizeof view[k]);
+        perp_struct_init(&view[k], sizeof view[k]);
     perp_matrix_dense(&view[0], PERP_STORAGE_ROW_MAJOR, 2, 2, mass, 2);
     perp_matrix_dense(&view[1], PERP_STORAGE_ROW_MAJOR, 1, 2, normal, 2);
     perp_matrix_dense(&view[2], PERP_STORAGE_ROW_MAJOR, 1, 2, tangent, 2);

@@ -138,7 +138,7 @@ static ran run_through(perp_compliant *compliant, int32_t p, const double *x0, c
     ran out;
     int32_t k;
 
-    perp_compliant_result_init(&out.result, sizeof out.result);
+    perp_struct_init(&out.result, sizeof out.result);
     settings.through = 1;
     settings.tol = 1e-10;
     settings.most_steps = 20000; /* 4 times as many as are needed */
@@ -258,7 +258,7 @@ static perp_compliant *posed(const perp_compliant_system *described, const doubl
     int k;
 
     for (k = 0; k < 3; k++)
-        perp_matrix_init(&view[k], sizeof view[k]);
+        perp_struct_init(&view[k], sizeof view[k]);
     perp_matrix_dense(&view[0], PERP_STORAGE_ROW_MAJOR, system.n, system.n, mass, system.n);
     perp_matrix_dense(&view[1], PERP_STORAGE_ROW_MAJOR, system.contacts, system.n, normal,
                       system.n);

@@ -48,7 +48,7 @@ static void open_point(point *p)
     assert_int_equal(perp_context_create(&p->context, NULL), PERP_OK);
     assert_int_equal(perp_mechanism_model_init(&p->model, sizeof p->model), PERP_OK);
     assert_int_equal(perp_mechanism_settings_init(&p->settings, sizeof p->settings), PERP_OK);
-    assert_int_equal(perp_mechanism_step_init(&p->step, sizeof p->step), PERP_OK);
+    assert_int_equal(perp_struct_init(&p->step, sizeof p->step), PERP_OK);
     p->model.velocities = POINT;
     p->model.contacts = 1;
     p->model.dim = 3;
@@ -321,7 +321,7 @@ static void test_counts_of_a_run(void **state)
         p.settings.project = project;
         p.q[2] = -0.01;
         start_point(&p);
-        perp_mechanism_run_result_init(&result, sizeof result);
+        perp_struct_init(&result, sizeof result);
         assert_int_equal(perp_mechanism_run(p.mechanism, p.q, p.v, &result, 0.0, 0.01, 0.01, p.q,
                                             p.v, keep_step, &step),
                          PERP_OK);
@@ -397,7 +397,7 @@ static void test_closed_up_to_rounding(void **state)
         p.height = 1.0;
         p.q[2] = 1.0 + (open ? 1e-11 : 1e-13);
         start_point(&p);
-        perp_mechanism_summary_init(&summary, sizeof summary);
+        perp_struct_init(&summary, sizeof summary);
         assert_int_equal(perp_mechanism_accelerations(p.mechanism, &summary, 0.0, p.q, p.v),
                          PERP_OK);
         assert_int_equal(summary.closed, !open);

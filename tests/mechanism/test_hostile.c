@@ -268,7 +268,7 @@ static void test_memory_has_no_say(void **state)
                 break;
             m.settings.error = 1e-3;
             assert_int_equal(perp_mechanism_set(m.mechanism, &m.settings), PERP_OK);
-            assert_int_equal(perp_mechanism_run_result_init(&result[i], sizeof *result), PERP_OK);
+            assert_int_equal(perp_struct_init(&result[i], sizeof *result), PERP_OK);
             status[i] = perp_mechanism_run(m.mechanism, q[i], v[i], &result[i], 0.0, 3.0 * m.h, m.h,
                                            m.q, m.v, NULL, NULL);
             result[i].seconds = 0.0;

@@ -58,8 +58,8 @@ static void prepare(call *c)
 {
     memset(c, 0, sizeof *c);
     assert_int_equal(perp_ncp_settings_init(&c->s.settings, sizeof c->s.settings), PERP_OK);
-    assert_int_equal(perp_ncp_problem_init(&c->p.problem, sizeof c->p.problem), PERP_OK);
-    assert_int_equal(perp_ncp_result_init(&c->r.result, sizeof c->r.result), PERP_OK);
+    assert_int_equal(perp_struct_init(&c->p.problem, sizeof c->p.problem), PERP_OK);
+    assert_int_equal(perp_struct_init(&c->r.result, sizeof c->r.result), PERP_OK);
     memset(c->r.bytes + sizeof(size_t), 0x5a, sizeof(perp_ncp_result) - sizeof(size_t));
     for (int i = 0; i < N; i++) {
         c->upper[i] = 10;
@@ -215,8 +215,6 @@ static void test_handles(void **state)
     assert_int_equal(perp_ncp_solve(NULL, c.z, NULL, c.result, NULL, c.problem, NULL),
                      PERP_ERROR_HANDLE);
     assert_int_equal(perp_ncp_settings_init(NULL, 8), PERP_ERROR_ABI);
-    assert_int_equal(perp_ncp_problem_init(&c.p.problem, 8), PERP_ERROR_ABI);
-    assert_int_equal(perp_ncp_result_init(&c.r.result, 8), PERP_ERROR_ABI);
     assert_string_equal(perp_ncp_method_text(PERP_NCP_JOSEPHY), "josephy");
     assert_string_equal(perp_ncp_method_text(3), "unknown method");
     assert_string_equal(perp_ncp_method_text(-1), "unknown method");

@@ -40,7 +40,7 @@ static inline perp_joint_state joint_state(scene *s, perp_joint joint)
 {
     perp_joint_state state;
 
-    assert_int_equal(perp_joint_state_init(&state, sizeof state), PERP_OK);
+    assert_int_equal(perp_struct_init(&state, sizeof state), PERP_OK);
     SCENE_OK(s, perp_world_get_joint(s->world, &state, joint));
     return state;
 }

@@ -154,7 +154,7 @@ static inline perp_step_result scene_step(scene *s, double h)
 {
     perp_step_result result;
 
-    assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
+    assert_int_equal(perp_struct_init(&result, sizeof result), PERP_OK);
     SCENE_OK(s, perp_world_step(s->world, &result, h));
     if (result.outcome != PERP_OUTCOME_SOLVED && result.outcome != PERP_OUTCOME_ROUNDING_LIMIT)
         fail_msg("step ended with %s", perp_outcome_text(result.outcome));
@@ -172,7 +172,7 @@ static inline perp_world_contact scene_contact(scene *s, int32_t index)
 {
     perp_world_contact contact;
 
-    assert_int_equal(perp_world_contact_init(&contact, sizeof contact), PERP_OK);
+    assert_int_equal(perp_struct_init(&contact, sizeof contact), PERP_OK);
     SCENE_OK(s, perp_world_get_contact(s->world, &contact, index));
     return contact;
 }

@@ -353,7 +353,7 @@ static void test_states_without_copies(void **state)
             settings.angular_velocity[2] = 0.25 * i;
             bodies[i] = scene_add(&s, &settings);
         }
-        assert_int_equal(perp_world_states_init(&states, sizeof states), PERP_OK);
+        assert_int_equal(perp_struct_init(&states, sizeof states), PERP_OK);
         SCENE_OK(&s, perp_world_get_states(s.world, &states));
         assert_int_equal(states.slots, 20);
         same_states(&s, &states, bodies, 20);

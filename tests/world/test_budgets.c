@@ -112,7 +112,7 @@ static void test_iterations_are_those_of_the_step(void **state)
         perp_step_result result = fresh_step_result();
 
         SCENE_OK(&s, perp_world_step(s.world, &result, h));
-        assert_int_equal(perp_world_stats_init(&stats, sizeof stats), PERP_OK);
+        assert_int_equal(perp_struct_init(&stats, sizeof stats), PERP_OK);
         SCENE_OK(&s, perp_world_get_stats(s.world, &stats));
         assert_int_equal(stats.iterations, result.iterations);
         assert_true(result.iterations <= 3 + 8 * 20);

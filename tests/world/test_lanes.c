@@ -210,7 +210,7 @@ static void compare_ways(uint64_t seed, int32_t planar, int32_t accuracy)
     }
     for (int32_t k = 0; k < STEPS; k++)
         for (int32_t w = 0; w < WAYS; w++) {
-            assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
+            assert_int_equal(perp_struct_init(&result, sizeof result), PERP_OK);
             SCENE_OK(&s[w], perp_world_step(s[w].world, &result, 0.01));
             size[w] = write_all(&s[w], &result, all[w]);
             assert_int_equal(size[w], size[0]);
@@ -324,7 +324,7 @@ static void run_out(void (*make)(scene *, uint64_t, int32_t, int32_t), int32_t b
         open_way(&s, &l, &three, &calls, 0, PERP_ACCURACY_STANDARD);
         make(&s, 5, 0, bodies);
         l.fail_at = which > 0 ? l.calls + which : 0;
-        assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
+        assert_int_equal(perp_struct_init(&result, sizeof result), PERP_OK);
         status = perp_world_step(s.world, &result, 0.01);
         l.fail_at = 0; /* beyond the step's own: nobody else's */
         if (status != PERP_OK) {

@@ -277,7 +277,7 @@ static void test_steps(void **state)
     REFUSED(&s, perp_world_get_contact(s.world, &contact, -1), ARGUMENT, "index");
     memset(&stats, 0, sizeof stats);
     REFUSED(&s, perp_world_get_stats(s.world, &stats), ABI, "stats.struct_size");
-    assert_int_equal(perp_world_stats_init(&stats, sizeof stats), PERP_OK);
+    assert_int_equal(perp_struct_init(&stats, sizeof stats), PERP_OK);
     SCENE_OK(&s, perp_world_get_stats(s.world, &stats));
     assert_int_equal(stats.steps, 0);
     scene_close(&s);

@@ -206,7 +206,7 @@ static void check_results(twins *t, perp_step_result *results)
 
     for (k = 0; k < 2; k++) {
         results[k].iterations = 0; /* what is skipped takes none */
-        assert_int_equal(perp_world_stats_init(&stats[k], sizeof stats[k]), PERP_OK);
+        assert_int_equal(perp_struct_init(&stats[k], sizeof stats[k]), PERP_OK);
         SCENE_OK(&t->worlds[k], perp_world_get_stats(t->worlds[k].world, &stats[k]));
         SCENE_OK(&t->worlds[k],
                  perp_world_energy(t->worlds[k].world, &energy[k][0], &energy[k][1]));
@@ -228,7 +228,7 @@ static void step_twins(twins *t, double h)
 
     t->worlds[1].world->settled = 0; /* all points anew */
     for (k = 0; k < 2; k++) {
-        assert_int_equal(perp_step_result_init(&results[k], sizeof results[k]), PERP_OK);
+        assert_int_equal(perp_struct_init(&results[k], sizeof results[k]), PERP_OK);
         SCENE_OK(&t->worlds[k], perp_world_step(t->worlds[k].world, &results[k], h));
     }
     check_results(t, results);

@@ -154,7 +154,7 @@ static void check_pile(int32_t accuracy, int32_t substeps, double slope)
 
     make_pile(&s, boxes, accuracy, substeps, slope);
     for (int k = 0; k < 20; k++) {
-        assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
+        assert_int_equal(perp_struct_init(&result, sizeof result), PERP_OK);
         SCENE_OK(&s, perp_world_step(s.world, &result, 0.01));
     }
     assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);

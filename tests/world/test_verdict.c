@@ -221,7 +221,7 @@ static int run(pile *p, int seed, int steps)
     for (step = 0; step < steps; step++) {
         for (i = 0; i < p->count; i++)
             p->things[i].before = scene_state(&p->s, p->things[i].id);
-        assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
+        assert_int_equal(perp_struct_init(&result, sizeof result), PERP_OK);
         SCENE_OK(&p->s, perp_world_step(p->s.world, &result, h));
         for (i = 0; i < p->count; i++)
             p->things[i].after = scene_state(&p->s, p->things[i].id);

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from . import _arrays
 from ._generated import Bristle
 from ._handle import Context
-from ._mechanism_library import defaults, library
+from ._mechanism_library import library
+from ._structures import sized
 
 Numbers = Union[float, NDArray[np.float64]]
 
@@ -24,7 +25,7 @@ class Stribeck(NamedTuple):
 
 
 def _law(**fields: Optional[float]) -> Bristle:
-    law = defaults(Bristle)
+    law = sized(Bristle)
     for name, value in fields.items():
         if value is not None:
             setattr(law, name, _arrays.number(value, name))

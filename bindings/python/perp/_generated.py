@@ -1371,15 +1371,13 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_version": (c_int32, []),
     "perp_abi_version": (c_int32, []),
     "perp_version_text": (c_char_p, []),
-    "perp_context_settings_init": (c_int32, [POINTER(ContextSettings), c_size_t]),
+    "perp_struct_init": (c_int32, [c_void_p, c_size_t]),
     "perp_context_create": (c_int32, [POINTER(ContextPointer), POINTER(ContextSettings)]),
     "perp_context_destroy": (None, [ContextPointer]),
     "perp_context_message": (c_char_p, [ContextPointer]),
-    "perp_matrix_init": (c_int32, [POINTER(Matrix), c_size_t]),
     "perp_matrix_dense": (c_int32, [POINTER(Matrix), c_int32, c_int32, c_int32, c_void_p, c_int64]),
     "perp_matrix_csc": (c_int32, [POINTER(Matrix), c_int32, c_int32, c_void_p, c_void_p, c_void_p]),
     "perp_lcp_settings_init": (c_int32, [POINTER(LcpSettings), c_size_t]),
-    "perp_lcp_result_init": (c_int32, [POINTER(LcpResult), c_size_t]),
     "perp_lcp_method_text": (c_char_p, [c_int32]),
     "perp_lcp_solver_create": (c_int32, [
         ContextPointer, POINTER(LcpSolverPointer), POINTER(LcpSettings)
@@ -1399,12 +1397,10 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
         LcpProduct, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p
     ]),
     "perp_lcp_verdict_text": (c_char_p, [c_int32]),
-    "perp_lcp_proof_init": (c_int32, [POINTER(LcpProof), c_size_t]),
     "perp_lcp_verify": (c_int32, [
         ContextPointer, c_void_p, POINTER(LcpProof), POINTER(Matrix), c_void_p, c_void_p, c_void_p,
         c_void_p
     ]),
-    "perp_lcp_sensitivity_info_init": (c_int32, [POINTER(LcpSensitivityInfo), c_size_t]),
     "perp_lcp_sensitivity_create": (c_int32, [
         ContextPointer, POINTER(LcpSensitivityPointer), POINTER(LcpSensitivityInfo),
         POINTER(LcpSettings), POINTER(Matrix), c_void_p, c_void_p, c_void_p, c_void_p
@@ -1417,7 +1413,6 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_lcp_sensitivity_adjoint": (c_int32, [
         LcpSensitivityPointer, c_void_p, c_void_p, c_void_p, c_void_p
     ]),
-    "perp_lcp_enumeration_init": (c_int32, [POINTER(LcpEnumeration), c_size_t]),
     "perp_lcp_all": (c_int32, [
         ContextPointer, POINTER(LcpEnumeration), POINTER(LcpSettings), POINTER(Matrix), c_void_p,
         c_void_p, c_void_p, LcpVisit, c_void_p
@@ -1427,9 +1422,7 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
         c_int64, c_int32, c_void_p, c_void_p, c_void_p, c_void_p
     ]),
     "perp_contact_laws_init": (c_int32, [POINTER(ContactLaws), c_size_t]),
-    "perp_contact_dynamics_init": (c_int32, [POINTER(ContactDynamics), c_size_t]),
     "perp_contact_settings_init": (c_int32, [POINTER(ContactSettings), c_size_t]),
-    "perp_contact_result_init": (c_int32, [POINTER(ContactResult), c_size_t]),
     "perp_contact_mode_text": (c_char_p, [c_int32]),
     "perp_contact_method_text": (c_char_p, [c_int32]),
     "perp_contact_solver_create": (c_int32, [
@@ -1460,8 +1453,6 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
         ContextPointer, c_void_p, c_void_p, c_void_p, c_void_p, POINTER(ContactResult),
         POINTER(ContactSettings), POINTER(ContactLaws), POINTER(Matrix), c_void_p, c_void_p
     ]),
-    "perp_contact_source_init": (c_int32, [POINTER(ContactSource), c_size_t]),
-    "perp_contact_step_init": (c_int32, [POINTER(ContactStep), c_size_t]),
     "perp_contact_solver_arrange": (c_int32, [
         ContactSolverPointer, POINTER(ContactStep), POINTER(ContactLaws), POINTER(ContactDynamics)
     ]),
@@ -1470,12 +1461,10 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
         POINTER(ContactDynamics)
     ]),
     "perp_contact_solver_hand_back": (c_int32, [ContactSolverPointer, POINTER(ContactStep)]),
-    "perp_contact_run_init": (c_int32, [POINTER(ContactRun), c_size_t]),
     "perp_contact_solver_run": (c_int32, [
         ContactSolverPointer, POINTER(ContactRun), POINTER(ContactStep), POINTER(ContactResult),
         POINTER(ContactLaws), POINTER(ContactDynamics)
     ]),
-    "perp_contact_sensitivity_info_init": (c_int32, [POINTER(ContactSensitivityInfo), c_size_t]),
     "perp_contact_sensitivity_create": (c_int32, [
         ContextPointer, POINTER(ContactSensitivityPointer), POINTER(ContactSensitivityInfo),
         POINTER(ContactSettings), POINTER(ContactLaws), POINTER(ContactDynamics), c_void_p,
@@ -1492,9 +1481,6 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_contact_sensitivity_adjoint": (c_int32, [
         ContactSensitivityPointer, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p
     ]),
-    "perp_statics_settings_init": (c_int32, [POINTER(StaticsSettings), c_size_t]),
-    "perp_statics_result_init": (c_int32, [POINTER(StaticsResult), c_size_t]),
-    "perp_statics_problem_init": (c_int32, [POINTER(StaticsProblem), c_size_t]),
     "perp_statics_verdict_text": (c_char_p, [c_int32]),
     "perp_contact_statics": (c_int32, [
         ContextPointer, c_void_p, c_void_p, POINTER(StaticsResult), POINTER(StaticsProblem),
@@ -1504,10 +1490,6 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_body_settings_init": (c_int32, [POINTER(BodySettings), c_size_t]),
     "perp_body_state_init": (c_int32, [POINTER(BodyState), c_size_t]),
     "perp_shape_settings_init": (c_int32, [POINTER(ShapeSettings), c_size_t]),
-    "perp_world_contact_init": (c_int32, [POINTER(WorldContact), c_size_t]),
-    "perp_step_result_init": (c_int32, [POINTER(StepResult), c_size_t]),
-    "perp_world_stats_init": (c_int32, [POINTER(WorldStats), c_size_t]),
-    "perp_world_states_init": (c_int32, [POINTER(WorldStates), c_size_t]),
     "perp_world_create": (c_int32, [ContextPointer, POINTER(WorldPointer), POINTER(WorldSettings)]),
     "perp_world_destroy": (None, [WorldPointer]),
     "perp_world_ground": (c_uint64, [WorldPointer]),
@@ -1537,7 +1519,6 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_world_set_gravity": (c_int32, [WorldPointer, c_void_p]),
     "perp_world_contact_count": (c_int32, [WorldPointer]),
     "perp_world_get_contact": (c_int32, [WorldPointer, POINTER(WorldContact), c_int32]),
-    "perp_world_load_init": (c_int32, [POINTER(WorldLoad), c_size_t]),
     "perp_world_statics": (c_int32, [
         WorldPointer, POINTER(WorldContact), c_int32, c_void_p, c_void_p, POINTER(StaticsResult),
         POINTER(StaticsSettings), POINTER(WorldLoad), c_int32
@@ -1549,7 +1530,6 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_world_snapshot_save": (c_int32, [WorldPointer, c_void_p, c_size_t]),
     "perp_world_snapshot_restore": (c_int32, [WorldPointer, c_void_p, c_size_t]),
     "perp_joint_settings_init": (c_int32, [POINTER(JointSettings), c_size_t]),
-    "perp_joint_state_init": (c_int32, [POINTER(JointState), c_size_t]),
     "perp_world_add_joint": (c_int32, [
         WorldPointer, c_void_p, c_uint64, c_uint64, POINTER(JointSettings)
     ]),
@@ -1558,9 +1538,7 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_world_set_joint_limits": (c_int32, [WorldPointer, c_uint64, c_double, c_double]),
     "perp_world_set_joint_motor": (c_int32, [WorldPointer, c_uint64, c_double, c_double]),
     "perp_world_set_joint_friction": (c_int32, [WorldPointer, c_uint64, c_double]),
-    "perp_ncp_problem_init": (c_int32, [POINTER(NcpProblem), c_size_t]),
     "perp_ncp_settings_init": (c_int32, [POINTER(NcpSettings), c_size_t]),
-    "perp_ncp_result_init": (c_int32, [POINTER(NcpResult), c_size_t]),
     "perp_ncp_method_text": (c_char_p, [c_int32]),
     "perp_ncp_solver_create": (c_int32, [
         ContextPointer, POINTER(NcpSolverPointer), POINTER(NcpSettings)
@@ -1575,7 +1553,6 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
         ContextPointer, c_void_p, c_void_p, POINTER(NcpResult), POINTER(NcpSettings),
         POINTER(NcpProblem), c_void_p
     ]),
-    "perp_ncp_check_init": (c_int32, [POINTER(NcpCheck), c_size_t]),
     "perp_ncp_check_jacobian": (c_int32, [
         ContextPointer, POINTER(NcpCheck), POINTER(NcpProblem), c_void_p
     ]),
@@ -1583,7 +1560,6 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
 
 # The same of libperp-mechanism.
 MECHANISM_FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
-    "perp_bristle_init": (c_int32, [POINTER(Bristle), c_size_t]),
     "perp_stribeck_force": (c_int32, [
         ContextPointer, c_void_p, c_void_p, POINTER(Bristle), c_double
     ]),
@@ -1596,15 +1572,7 @@ MECHANISM_FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_lugre_passive": (c_int32, [ContextPointer, c_void_p, POINTER(Bristle)]),
     "perp_load_system_init": (c_int32, [POINTER(LoadSystem), c_size_t]),
     "perp_load_settings_init": (c_int32, [POINTER(LoadSettings), c_size_t]),
-    "perp_load_found_init": (c_int32, [POINTER(LoadFound), c_size_t]),
-    "perp_load_summary_init": (c_int32, [POINTER(LoadSummary), c_size_t]),
-    "perp_load_uniqueness_init": (c_int32, [POINTER(LoadUniqueness), c_size_t]),
-    "perp_load_inverse_init": (c_int32, [POINTER(LoadInverse), c_size_t]),
-    "perp_load_step_init": (c_int32, [POINTER(LoadStep), c_size_t]),
-    "perp_compliant_system_init": (c_int32, [POINTER(CompliantSystem), c_size_t]),
     "perp_compliant_settings_init": (c_int32, [POINTER(CompliantSettings), c_size_t]),
-    "perp_compliant_result_init": (c_int32, [POINTER(CompliantResult), c_size_t]),
-    "perp_compliant_stability_init": (c_int32, [POINTER(CompliantStability), c_size_t]),
     "perp_load_kind_text": (c_char_p, [c_int32]),
     "perp_load_mode_text": (c_char_p, [c_int32]),
     "perp_load_reason_text": (c_char_p, [c_int32]),
@@ -1640,11 +1608,6 @@ MECHANISM_FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     ]),
     "perp_mechanism_model_init": (c_int32, [POINTER(MechanismModel), c_size_t]),
     "perp_mechanism_settings_init": (c_int32, [POINTER(MechanismSettings), c_size_t]),
-    "perp_mechanism_step_init": (c_int32, [POINTER(MechanismStep), c_size_t]),
-    "perp_mechanism_run_result_init": (c_int32, [POINTER(MechanismRunResult), c_size_t]),
-    "perp_mechanism_found_init": (c_int32, [POINTER(MechanismFound), c_size_t]),
-    "perp_mechanism_summary_init": (c_int32, [POINTER(MechanismSummary), c_size_t]),
-    "perp_mechanism_check_result_init": (c_int32, [POINTER(MechanismCheckResult), c_size_t]),
     "perp_mechanism_scheme_text": (c_char_p, [c_int32]),
     "perp_mechanism_law_text": (c_char_p, [c_int32]),
     "perp_mechanism_select_text": (c_char_p, [c_int32]),

@@ -20,7 +20,7 @@ from ._generated import MechanismStep as CStep
 from ._mechanism_accelerations import Accelerations, make_accelerations, read_acceleration
 from ._mechanism_base import MechanismBase, whole
 from ._mechanism_check import MechanismCheck
-from ._mechanism_library import defaults, library
+from ._mechanism_library import library
 from ._mechanism_results import (
     MechanismRun,
     MechanismStep,
@@ -29,6 +29,7 @@ from ._mechanism_results import (
     make_step,
     words,
 )
+from ._structures import sized
 from ._words import ImpactLaw, Scheme, Selection
 
 
@@ -175,7 +176,7 @@ class Mechanism(MechanismBase):
             sizes = self.coordinates, self.n, self._row_count, self._row_count
             arrays = [np.empty(size) for size in sizes]
             modes, ray = np.empty(self._mode_count, dtype=np.int32), np.empty(self._row_count)
-            result = defaults(CStep)
+            result = sized(CStep)
             self._call(
                 library.perp_mechanism_advance,
                 *map(_arrays.address, arrays),
@@ -248,7 +249,7 @@ class Mechanism(MechanismBase):
             sizes = self.coordinates, self.n, self._row_count, self._mode_count
             recorder = Recorder(*sizes)
             observer = MechanismObserver(self._observer(recorder, callback))
-            q, v, result = place.copy(), speed.copy(), defaults(MechanismRunResult)
+            q, v, result = place.copy(), speed.copy(), sized(MechanismRunResult)
             self._call(
                 library.perp_mechanism_run,
                 _arrays.address(q),
@@ -347,9 +348,9 @@ class Mechanism(MechanismBase):
     def _found(
         self, ask: Callable[..., int], when: tuple[float, ...], place: Array, speed: Array
     ) -> Accelerations:
-        summary = defaults(MechanismSummary)
+        summary = sized(MechanismSummary)
         self._call(ask, byref(summary), *when, _arrays.address(place), _arrays.address(speed))
-        solutions, found = [], defaults(MechanismFound)
+        solutions, found = [], sized(MechanismFound)
         for index in range(summary.count):
             self._call(library.perp_mechanism_get_acceleration, byref(found), index)
             solutions.append(read_acceleration(found, self.n, self._row_count, self._mode_count))

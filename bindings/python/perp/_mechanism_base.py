@@ -24,6 +24,7 @@ from ._mechanism_library import (
     library,
 )
 from ._settings import code, fill, numbers
+from ._structures import sized
 
 _LAW_CODES = numbers(MECHANISM_LAWS)
 _CODES = {"scheme": numbers(MECHANISM_SCHEMES), "select": numbers(MECHANISM_SELECTIONS)}
@@ -196,7 +197,7 @@ class MechanismBase:
         return time, place, speed
 
     def _compare(self, t: float, q: Any, v: Any) -> MechanismCheck:
-        result = defaults(MechanismCheckResult)
+        result = sized(MechanismCheckResult)
         where = _arrays.address(q), _arrays.address(v)
         self._call(library.perp_mechanism_check, byref(result), t, *where)
         label = self._callbacks.label

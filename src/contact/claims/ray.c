@@ -156,7 +156,7 @@ static perp_status solve(perp_contact_solver *solver, perp_lcp_result *result)
         settings.time_limit = perp__time_left(solver->deadline);
     settings.max_iterations = solver->settings.max_iterations;
     PERP__THEN(status, perp__lcp_set(space->lcp, &settings));
-    PERP__THEN(status, perp_lcp_result_init(result, sizeof *result));
+    PERP__THEN(status, perp_struct_init(result, sizeof *result));
     result->outcome = PERP_OUTCOME_STALLED;
     if (!perp__all_finite(space->M, (size_t)space->n * (size_t)space->n) ||
         !perp__all_finite(space->q, (size_t)space->n))

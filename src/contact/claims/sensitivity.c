@@ -19,8 +19,6 @@
 #include "linalg/blas.h"
 #include "linalg/factor/factor.h"
 
-PERP__INIT(perp_contact_sensitivity_info)
-
 /* A part of a contact that presses. */
 typedef struct part {
     int32_t row, size, normal, normals, contact;
@@ -303,7 +301,7 @@ static perp_status find_outcome(perp_contact_sensitivity *s, perp_contact_sensit
 {
     perp_contact_result result;
     const perp__contact_call call = {s->v, s->r, s->u, s->modes, NULL, &result, f, w, b, NULL, r};
-    perp_status status = perp_contact_result_init(&result, sizeof result);
+    perp_status status = perp_struct_init(&result, sizeof result);
 
     if (status == PERP_OK && s->size > 0)
         status = perp__check_pointer(s->context, "r", r);

@@ -373,7 +373,7 @@ static perp_status solve(void *work, perp__contact_iterate *iterate)
     perp_matrix M;
     perp_lcp_settings settings;
     perp_lcp_result result;
-    perp_status status = perp_lcp_result_init(&result, sizeof result);
+    perp_status status = perp_struct_init(&result, sizeof result);
 
     /* 1. The LCP. */
     PERP__THEN(status, perp_lcp_settings_init(&settings, sizeof settings));

@@ -13,10 +13,6 @@
 #include "linalg/matrix.h"
 #include "linalg/spatial.h"
 
-PERP__INIT(perp_statics_settings)
-PERP__INIT(perp_statics_result)
-PERP__INIT(perp_statics_problem)
-
 PERP__WORDS(perp_statics_verdict_text, "unknown verdict", "stands", "falls", "indeterminate")
 
 /* The gap of a margin that is told, beside it. */
@@ -64,7 +60,7 @@ typedef struct perp__statics_front front;
 static perp_status read_problem(front *a, const perp_statics_problem *given)
 {
     perp_statics_problem copy;
-    perp_status status = perp_statics_problem_init(&copy, sizeof copy);
+    perp_status status = perp_struct_init(&copy, sizeof copy);
 
     PERP__THEN(status, perp__check_pointer(a->context, "problem", given));
     PERP__THEN(status, perp__struct_read(a->context, "problem", &copy, sizeof copy, given,
@@ -104,7 +100,7 @@ perp_status perp__statics_read_settings(perp_context *context, perp__statics_aim
         PERP__INTEGER(perp_statics_settings, max_iterations, 0, INFINITY),
     };
     perp_statics_settings copy;
-    perp_status status = perp_statics_settings_init(&copy, sizeof copy);
+    perp_status status = perp_struct_init(&copy, sizeof copy);
 
     PERP__THEN(status, perp__struct_read(context, "settings", &copy, sizeof copy, given,
                                          PERP__FIRST(perp_statics_settings)));

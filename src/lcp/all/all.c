@@ -11,8 +11,6 @@
 #include "base/context.h"
 #include "base/outcome.h"
 
-PERP__INIT(perp_lcp_enumeration)
-
 /* Most variables: a bit of two words for each constraint of a family. */
 #define PERP__LARGEST_ALL 60
 

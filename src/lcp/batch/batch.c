@@ -80,7 +80,7 @@ static perp_status solve_alone(batch_worker *worker, int64_t problem)
         status = perp__lcp_create(&worker->context, &worker->solver, &settings);
     else if (b->deadline > 0.0)
         status = perp__lcp_set(worker->solver, &settings);
-    PERP__THEN(status, perp_lcp_result_init(&result, sizeof result));
+    PERP__THEN(status, perp_struct_init(&result, sizeof result));
     PERP__THEN(status, perp__lcp_setup(worker->solver, &M, data->lower ? data->lower + at : NULL,
                                        data->upper ? data->upper + at : NULL));
     PERP__THEN(status, perp__lcp_solve(worker->solver, b->answers.z + at,

@@ -12,8 +12,6 @@
 #include "lcp/solver.h"
 #include "linalg/factor/factor.h"
 
-PERP__INIT(perp_lcp_sensitivity_info)
-
 struct perp_lcp_sensitivity {
     PERP__HANDLE;
     perp_lcp_solver *solver; /* the problem, its scaling, and z with its w */

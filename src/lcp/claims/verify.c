@@ -309,8 +309,6 @@ static double radius_of(const perp__verify *v, int32_t i)
 
 /* ---- the call ---- */
 
-PERP__INIT(perp_lcp_proof)
-
 PERP__WORDS(perp_lcp_verdict_text, "unknown verdict", "regular", "not a solution", "singular",
             "degenerate", "too large")
 

@@ -11,10 +11,6 @@ PERP__WORDS(perp_mechanism_reason_text, "unknown reason",
             "contacts pull each other in", "contacts share a load", "too many contacts to decide",
             "friction is larger at rest than in motion")
 
-PERP__INIT(perp_mechanism_found)
-
-PERP__INIT(perp_mechanism_summary)
-
 /* ---- memory -------------------------------------------------------------------------------- */
 
 static void layout(perp__arena *arena, void *object)
@@ -89,7 +85,7 @@ perp_status perp_mechanism_accelerations(perp_mechanism *mechanism, perp_mechani
 
     if (status != PERP_OK)
         return status;
-    perp_mechanism_summary_init(&copy, sizeof copy);
+    perp_struct_init(&copy, sizeof copy);
     status = PERP__CHECK(perp_mechanism_summary, m->context, summary);
     PERP__THEN(status, perp__mechanism_check_state(m, t, q, v));
     PERP__THEN(status, perp__acceleration_open(m));

@@ -19,8 +19,6 @@ typedef struct curve {
     double slope; /* dg / d|v| */
 } curve;
 
-PERP__INIT(perp_bristle)
-
 /* ---- checks -------------------------------------------------------------------------------- */
 
 /* The last two are those of bristles. */
@@ -48,7 +46,7 @@ static perp_status begin(perp_context *context, perp_bristle *copy, const perp_b
 
     if (status != PERP_OK)
         return status;
-    perp_bristle_init(copy, sizeof *copy);
+    perp_struct_init(copy, sizeof *copy);
     status = perp__check_pointer(context, name, out);
     PERP__THEN(status, perp__check_pointer(context, "law", law));
     PERP__THEN(status, PERP__READ(perp_bristle, context, copy, law));

@@ -9,12 +9,7 @@
 #include "mechanism/copy.h"
 #include "mechanism/eigenvalues.h"
 
-PERP__INIT(perp_compliant_system)
-
 PERP__INIT_WITH(perp_compliant_settings, .tol = 1e-9, .most_steps = 1000000)
-
-PERP__INIT(perp_compliant_result)
-PERP__INIT(perp_compliant_stability)
 
 /* ---- the system ---------------------------------------------------------------------------- */
 

@@ -237,7 +237,7 @@ perp_status perp__compliant_decide(perp_compliant *c, perp_compliant_result *res
     for (int32_t k = 0; k < c->p; k++)
         rests |= c->modes[k] == PERP_CONTACT_STICK;
     /* 2. friction within its bounds, by basic solutions; c->w = -t */
-    perp_lcp_result_init(&solved, sizeof solved);
+    perp_struct_init(&solved, sizeof solved);
     settings.method = PERP_LCP_LEMKE;
     if (rests && !c->choice)
         PERP__ASK(status, c->context, perp_lcp_solver_create(c->context, &c->choice, &settings));

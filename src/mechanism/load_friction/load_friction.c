@@ -11,12 +11,6 @@ PERP__INIT_WITH(perp_load_system, .stiffness = 1.0, .damping = 2.0)
 
 PERP__INIT_WITH(perp_load_settings, .tol = 1e-13, .most_patterns = 1 << 21, .starts = 64)
 
-PERP__INIT(perp_load_found)
-
-PERP__INIT(perp_load_summary)
-
-PERP__INIT(perp_load_inverse)
-
 PERP__WORDS(perp_load_kind_text, "unknown kind", "dynamic", "static", "mixed", "family")
 
 PERP__WORDS(perp_load_mode_text, "unknown mode", "slide", "stick", "forward", "backward", "stopped")

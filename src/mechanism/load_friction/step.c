@@ -6,8 +6,6 @@
 #include "base/context.h"
 #include "mechanism/load_friction/load_friction.h"
 
-PERP__INIT(perp_load_step)
-
 /* The best answer by, in this order: it is stable; fewer normal forces of moving coordinates are on
  * another side than before; fewer coordinates leave rest; x'A x is less. */
 static const perp__answer *choose(const perp_load_friction *f, perp_load_step *copy,

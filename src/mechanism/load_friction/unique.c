@@ -18,8 +18,6 @@ enum { LARGEST_EXACT = 12, TRIES = 16 };
 /* Imaginary parts that a double real eigenvalue gets from rounding. */
 static const double as_good_as_real = 1e-7;
 
-PERP__INIT(perp_load_uniqueness)
-
 /* to := G D + unit I, D_jj = -1 where f->pattern.side says so. */
 static void load_signed(const perp_load_friction *f, double *to, double unit)
 {

@@ -78,8 +78,8 @@ static perp_status attempt(perp_mechanism *m, perp__adaptive *a, double t, doubl
     a->release = 0;
     memset(&a->event, 0, sizeof a->event);
     memcpy(a->does[2], a->does[0], (size_t)(m->contacts + m->dry)); /* if it is not looked at */
-    perp_mechanism_step_init(&a->first, sizeof a->first);
-    perp_mechanism_step_init(&a->second, sizeof a->second);
+    perp_struct_init(&a->first, sizeof a->first);
+    perp_struct_init(&a->second, sizeof a->second);
     perp__adaptive_let_go(m, a->does[0], &m->now);
     memcpy(m->acceleration, a->expected, (size_t)m->n * sizeof *a->expected);
     for (int32_t part = 0; part < 3; part++) {

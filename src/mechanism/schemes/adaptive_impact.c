@@ -67,7 +67,7 @@ static perp_status strike(perp__run *run, perp__adaptive *a)
     perp__row_velocities(m, &m->begin, m->start_velocity, m->now.v);
     memcpy(restitution, m->restitution, (size_t)m->contacts * sizeof *restitution);
     perp__stay(m, &m->half, m->now.q, m->now.v);
-    perp_mechanism_step_init(&step, sizeof step);
+    perp_struct_init(&step, sizeof step);
     step.error = 0.0;
     for (int32_t j = 0; j < m->contacts; j++) {
         const int32_t row = m->starts[j];

@@ -4,8 +4,6 @@
 #include "base/context.h"
 #include "world/joints/joints.h"
 
-PERP__INIT(perp_joint_state)
-
 PERP__INIT_WITH(perp_joint_settings, .kind = PERP_JOINT_BALL, .axis[2] = 1.0, .lower = -INFINITY,
                 .upper = INFINITY)
 
