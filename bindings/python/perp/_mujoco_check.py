@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any, Callable, NamedTuple
 
 import mujoco as mj  # type: ignore[import-untyped]
@@ -40,6 +41,12 @@ def refuse(model: Any) -> None:
     if refused:
         listed = "; ".join(f"{one.name} ({one.note})" for one in refused)
         raise argument_error(f"model asks for what perp.mujoco can't do: {listed}")
+
+
+def tell_rigid(model: Any) -> None:
+    """Warns, once in a process, where a model has compliance of its own that is not read."""
+    if _any(_softness(model)):
+        warnings.warn(_STIFF, stacklevel=2)
 
 
 def _any(found: Any) -> bool:
@@ -126,6 +133,10 @@ def _plugins(model: Any) -> Any:
     return model.nplugin
 
 
+_STIFF = (
+    "the model's solref and solimp are not read: contacts, limits and equations are rigid; "
+    "rigid=False lets them comply, rigid=True keeps them rigid without this warning"
+)
 _COMPLIES = "complies as solref and solimp say"
 _SOFTLY = {  # what rigid=False treats otherwise
     name: Feature(name, treatment, note)

@@ -33,7 +33,7 @@ except ImportError as error:
 
 from . import _mujoco_model as _model
 from ._errors import argument_error
-from ._mujoco_check import Feature, check, refuse, tumbling
+from ._mujoco_check import Feature, check, refuse, tell_rigid, tumbling
 from ._mujoco_derivatives import Derivatives, Linearization
 from ._mujoco_model import FAST, NO_EULER_DAMPING, RK4, Borrowed, Damping, Tumbling
 from ._mujoco_rows import Touching, find_rows, hand_over, place_of_row, places_of_mass
@@ -79,7 +79,8 @@ class Stepper:
         law), 0 to 1.
     rigid: False: contacts along their normals, limits and equations comply as the model's solref
         and solimp say, and correction, slop and restitution have no part in it; friction is rigid
-        all the same.
+        all the same. None is True, with a warning, once, where the model has solref or solimp of
+        its own.
 
     What the model asks for and a step can't do is refused here, by name; check() says how each of
     its features is treated. The model is not changed.
@@ -96,9 +97,12 @@ class Stepper:
         correction: float = 0.2,
         slop: Optional[float] = None,
         restitution: float = 0.0,
-        rigid: bool = True,
+        rigid: Optional[bool] = None,
     ) -> None:
         refuse(model)
+        if rigid is None:
+            rigid = True
+            tell_rigid(model)
         if restitution and not rigid:
             raise argument_error("restitution is of rigid contacts; solref has that of soft ones")
         self.rigid = rigid
@@ -546,7 +550,7 @@ def derivatives(
         raise argument_error(f"eps is {eps}, expected a number > 0")
     if settings.get("restitution") or getattr(model, "flg_surfacevel", 0):
         raise argument_error("restitution and moving surfaces (surfacevel) have no derivatives")
-    if not settings.get("rigid", True):
+    if settings.get("rigid") not in (None, True):
         raise argument_error("soft contacts (rigid=False) have no derivatives")
     kept = _linear.get(data)
     if kept is None or kept[1].model is not model or kept[0] != settings:

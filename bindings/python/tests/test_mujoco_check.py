@@ -1,5 +1,7 @@
 """perp.mujoco.check: each treatment is what happens, seen beside MuJoCo's own steps."""
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -249,6 +251,22 @@ def test_what_is_refused_is_named(name):
     assert told(model, name) == "refused"
     with pytest.raises(ValueError, match=name):
         perp.mujoco.Stepper(model)
+
+
+def test_compliance_that_is_not_read_is_told_once():
+    soft, plain = boxed(box='solref=".1 1"'), boxed()
+    data = mujoco.MjData(soft)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("default")
+        for _ in range(3):
+            perp.mujoco.Stepper(soft)
+            perp.mujoco.simulate(soft, data, 0.01)
+    assert [str(one.message)[:27] for one in told] == ["the model's solref and soli"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        perp.mujoco.Stepper(plain)
+        for rigid in True, False:
+            perp.mujoco.Stepper(soft, rigid=rigid)
 
 
 def test_the_model_is_not_changed():
