@@ -18,8 +18,8 @@ import numpy as np
 
 import perp
 
+from ._generated import LcpMethod
 from ._library import library, origin
-from ._words import LcpMethod
 
 
 def _market(path: str) -> Any:

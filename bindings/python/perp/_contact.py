@@ -17,10 +17,12 @@ from ._generated import (
     ContactDynamics,
     ContactLaws,
     ContactMassSolve,
+    ContactMethod,
     ContactMonitor,
     ContactSettings,
     ContactSolverPointer,
     Matrix,
+    Outcome,
 )
 from ._generated import ContactResult as CResult
 from ._handle import Context, Handle
@@ -28,7 +30,6 @@ from ._library import CONTACT_METHODS, MODES, library
 from ._monitor import Monitor, Watch, needs_watch
 from ._settings import fill, numbers
 from ._structures import sized
-from ._words import ContactMethod, Outcome
 
 CODES = {"method": numbers(CONTACT_METHODS)}
 _NO_MONITOR, _NO_SOLVE = ContactMonitor(), ContactMassSolve()

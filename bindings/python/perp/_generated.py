@@ -1,4 +1,4 @@
-"""Constants, structs, callbacks and functions of include/perp/*.h.
+"""Constants, words, structs, callbacks and functions of include/perp/*.h.
 
 Written by scripts/generate-binding (make binding): change the headers, not this file.
 """
@@ -17,7 +17,7 @@ from ctypes import (
     c_uint64,
     c_void_p,
 )
-from typing import Any
+from typing import Any, Literal
 
 CONSTANTS: dict[str, int] = {
     "PERP_VERSION_MAJOR": 0,
@@ -163,6 +163,28 @@ CONSTANTS: dict[str, int] = {
     "PERP_MECHANISM_DRIFT": 2,
     "PERP_MECHANISM_TANGENT": 3,
 }
+
+# The words of settings and answers.
+LcpMethod = Literal["auto", "lemke", "pgs", "fischer", "active_set"]
+NcpMethod = Literal["auto", "fischer", "josephy"]
+ContactMethod = Literal["auto", "sweep", "newton", "lemke", "admm", "proximal"]
+PivotRule = Literal["harris", "lexicographic"]
+Sweep = Literal["forward", "symmetric"]
+AccelerationMethod = Literal["none", "conjugate_gradient"]
+Accuracy = Literal["fast", "standard", "accurate", "exact"]
+Scheme = Literal["frozen", "implicit", "theta"]
+Selection = Literal["any", "nearest", "freest"]
+ImpactLaw = Literal["moreau", "newton", "poisson", "stronge"]
+BodyKind = Literal["dynamic", "static", "kinematic"]
+JointKind = Literal[
+    "ball", "revolute", "prismatic", "fixed", "screw", "cylindrical", "planar", "distance"
+]
+StaticsObjective = Literal["least", "interior"]
+StaticsVerdict = Literal["stands", "falls", "indeterminate"]
+Outcome = Literal[
+    "solved", "rounding_limit", "ray", "iteration_limit", "time_limit", "stalled", "singular",
+    "stopped", "evaluation_failed"
+]
 
 
 class ContextHandle(Structure):

@@ -14,14 +14,23 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays, _plot
 from ._answer import SolverAnswer, maker
-from ._generated import LcpMonitor, LcpSettings, LcpSolverPointer, Matrix
+from ._generated import (
+    AccelerationMethod,
+    LcpMethod,
+    LcpMonitor,
+    LcpSettings,
+    LcpSolverPointer,
+    Matrix,
+    Outcome,
+    PivotRule,
+    Sweep,
+)
 from ._generated import LcpResult as CResult
 from ._handle import Context, Handle
 from ._library import METHODS, codes, library
 from ._monitor import Monitor, Watch, needs_watch
 from ._settings import fill, numbers
 from ._structures import sized
-from ._words import AccelerationMethod, LcpMethod, Outcome, PivotRule, Sweep
 
 _CODES = {
     "method": numbers(METHODS),

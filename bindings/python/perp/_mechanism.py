@@ -11,10 +11,13 @@ from numpy.typing import ArrayLike
 from . import _arrays
 from ._callbacks import Array
 from ._generated import (
+    ImpactLaw,
     MechanismFound,
     MechanismObserver,
     MechanismRunResult,
     MechanismSummary,
+    Scheme,
+    Selection,
 )
 from ._generated import MechanismStep as CStep
 from ._mechanism_accelerations import Accelerations, make_accelerations, read_acceleration
@@ -30,7 +33,6 @@ from ._mechanism_results import (
     words,
 )
 from ._structures import sized
-from ._words import ImpactLaw, Scheme, Selection
 
 
 class Mechanism(MechanismBase):

@@ -12,15 +12,23 @@ from numpy.typing import ArrayLike, NDArray
 from . import _arrays, _errors, _plot
 from ._answer import Shown, SolverAnswer, maker
 from ._callbacks import Callbacks
-from ._generated import NcpCheck, NcpFunction, NcpJacobian, NcpMonitor, NcpProblem, NcpSettings
-from ._generated import NcpSolverPointer
+from ._generated import (
+    NcpCheck,
+    NcpFunction,
+    NcpJacobian,
+    NcpMethod,
+    NcpMonitor,
+    NcpProblem,
+    NcpSettings,
+    NcpSolverPointer,
+    Outcome,
+)
 from ._generated import NcpResult as CResult
 from ._handle import Context, Handle
 from ._library import NCP_METHODS, library
 from ._monitor import Monitor, Watch
 from ._settings import fill, numbers
 from ._structures import sized
-from ._words import NcpMethod, Outcome
 
 Array = NDArray[np.float64]
 

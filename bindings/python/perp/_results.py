@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._answer import Answer, Shown
-from ._words import Outcome
+from ._generated import Outcome
 
 if TYPE_CHECKING:
     from ._body import Body, Shape

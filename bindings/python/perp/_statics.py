@@ -15,12 +15,12 @@ from . import _generated as s
 from ._answer import Shown, maker
 from ._body import Body
 from ._contact import _Laws
+from ._generated import StaticsObjective, StaticsVerdict
 from ._handle import Context
 from ._library import STATICS_VERDICTS, library
 from ._results import Array, Contact
 from ._settings import fill
 from ._structures import sized
-from ._words import StaticsObjective, StaticsVerdict
 
 if TYPE_CHECKING:
     from ._world import World

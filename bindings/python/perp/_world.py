@@ -18,6 +18,7 @@ from ._arrays import floats, number, real
 from ._body import Body, Record, Shape
 from ._contact import CODES
 from ._errors import argument_error
+from ._generated import Accuracy, BodyKind, ContactMethod, JointKind, Outcome, StaticsObjective
 from ._handle import Handle
 from ._joint import Joint
 from ._library import MODES, codes, defaults, library
@@ -26,7 +27,6 @@ from ._settings import code, fill, limit
 from ._states import States
 from ._statics import WorldStatics, world_statics
 from ._structures import Matrix3, Vector3, Vector4, sized
-from ._words import Accuracy, BodyKind, ContactMethod, JointKind, Outcome, StaticsObjective
 
 _KIND_CODES = codes("PERP_BODY_")
 _CODES = {"accuracy": codes("PERP_ACCURACY_"), **CODES}

@@ -33,13 +33,13 @@ except ImportError as error:
 
 from . import _mujoco_model as _model
 from ._errors import argument_error
+from ._generated import ContactMethod
 from ._mujoco_check import Feature, check, refuse, tell_rigid, tumbling
 from ._mujoco_derivatives import Derivatives, Linearization
 from ._mujoco_model import FAST, NO_EULER_DAMPING, RK4, Borrowed, Damping, Tumbling
 from ._mujoco_rows import Touching, find_rows, hand_over, place_of_row, places_of_mass
 from ._mujoco_run import Batch, Rollout, Runner, checked
 from ._stepper import Array, Laws, Rows, RowSolver, Solved
-from ._words import ContactMethod
 
 __all__ = [
     "Derivatives", "Feature", "Rollout", "Run", "Solved", "Stepper", "check", "contact_force",

@@ -27,8 +27,8 @@ except ImportError as error:
     raise ImportError("perp.pinocchio needs Pinocchio: pip install 'perp[pinocchio]'") from error
 
 from . import _arrays, _errors
+from ._generated import ContactMethod
 from ._stepper import Array, Laws, Rows, RowSolver, Solved
-from ._words import ContactMethod
 
 __all__ = ["Contacts", "Geometry", "Ground", "Solved", "Step", "Stepper"]
 

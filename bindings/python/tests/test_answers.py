@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import perp
-from perp import _answer, _library, _mechanism_library, _words
+from perp import _answer, _generated, _library, _mechanism_library
 
 M, Q = [[2.0, 1.0], [1.0, 2.0]], [-1.0, 1.0]
 
@@ -187,19 +187,19 @@ def test_importing_does_not_import_matplotlib():
 @pytest.mark.parametrize(
     "literal, words",
     [
-        (_words.LcpMethod, _library.METHODS.values()),
-        (_words.NcpMethod, _library.NCP_METHODS.values()),
-        (_words.ContactMethod, _library.CONTACT_METHODS.values()),
-        (_words.PivotRule, _library.codes("PERP_PIVOT_")),
-        (_words.Sweep, _library.codes("PERP_SWEEP_")),
-        (_words.AccelerationMethod, _library.codes("PERP_ACCELERATION_")),
-        (_words.Accuracy, _library.codes("PERP_ACCURACY_")),
-        (_words.Scheme, _mechanism_library.MECHANISM_SCHEMES.values()),
-        (_words.Selection, _mechanism_library.MECHANISM_SELECTIONS.values()),
-        (_words.ImpactLaw, _mechanism_library.MECHANISM_LAWS.values()),
-        (_words.BodyKind, _library.codes("PERP_BODY_")),
-        (_words.JointKind, _library.codes("PERP_JOINT_")),
-        (_words.Outcome, _library.OUTCOMES.values()),
+        (_generated.LcpMethod, _library.METHODS.values()),
+        (_generated.NcpMethod, _library.NCP_METHODS.values()),
+        (_generated.ContactMethod, _library.CONTACT_METHODS.values()),
+        (_generated.PivotRule, _library.codes("PERP_PIVOT_")),
+        (_generated.Sweep, _library.codes("PERP_SWEEP_")),
+        (_generated.AccelerationMethod, _library.codes("PERP_ACCELERATION_")),
+        (_generated.Accuracy, _library.codes("PERP_ACCURACY_")),
+        (_generated.Scheme, _mechanism_library.MECHANISM_SCHEMES.values()),
+        (_generated.Selection, _mechanism_library.MECHANISM_SELECTIONS.values()),
+        (_generated.ImpactLaw, _mechanism_library.MECHANISM_LAWS.values()),
+        (_generated.BodyKind, _library.codes("PERP_BODY_")),
+        (_generated.JointKind, _library.codes("PERP_JOINT_")),
+        (_generated.Outcome, _library.OUTCOMES.values()),
     ],
 )
 def test_literals_are_the_librarys_words(literal, words):
