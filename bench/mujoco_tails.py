@@ -11,9 +11,10 @@ engines taking turns of 50 steps. median, mean, p99 and worst: perp's over MuJoC
 p99 and worst; failed: steps of perp's that were not solved; contacts, rows: the most of a step.
 The two go different ways, and one may lie in a heap while the other is in the air: 'same states'
 are the same ratios with MuJoCo's steps from each of perp's states, its warm start that of the step
-before.
+before; 'for accuracy' those with elliptic cones and ten iterations of noslip, from these states too.
 """
 
+import copy
 import importlib.util
 import os
 import sys
@@ -84,24 +85,28 @@ class Track:
 
 def run(model, seed):
     rng, most = np.random.default_rng(seed), (0, 0)
-    stepper = perp.mujoco.Stepper(model)
+    stepper = perp.mujoco.Stepper(model, rigid=True)
     theirs, ours = Track(model, mujoco.mj_step), Track(model, lambda _, d: stepper.step(d))
     same = Track(model, mujoco.mj_step)
+    accurate = copy.deepcopy(model)
+    accurate.opt.cone, accurate.opt.noslip_iterations = mujoco.mjtCone.mjCONE_ELLIPTIC, 10
+    sharp = Track(accurate, mujoco.mj_step)
     low, high = np.where(model.actuator_ctrllimited[:, None], model.actuator_ctrlrange, (-1, 1)).T
     for _ in range(STEPS // TURN):
         control = rng.uniform(low, high)
         theirs.turn(control)
         ours.turn(control)
         same.turn(control, ours.states)
+        sharp.turn(control, ours.states)
         most = max(most, (ours.data.ncon, ours.data.nefc))
-    return theirs, ours, same, most
+    return theirs, ours, same, sharp, most
 
 
 def main():
     head = f"{'model':52} {'nv':>3} {'con':>4} {'rows':>4} {'MuJoCo':>7} {'perp':>7}"
     ratios = "median", "mean", "p99"
-    head += "".join(f"{x:>7}" for x in (*ratios, "worst", "failed", *ratios))
-    above = f"{'':82}{'own paths':>28}{'same states':>28}"
+    head += "".join(f"{x:>7}" for x in (*ratios, "worst", "failed", *ratios, *ratios))
+    above = f"{'':82}{'own paths':>28}{'same states':>28}{'for accuracy':>21}"
     doc = __doc__.split("\n    bench/run")
     lines = [doc[0].strip(), "", __doc__[__doc__.index("Every") :].strip(), ""]
     lines += [os.environ.get("MACHINE", ""), f"mujoco {mujoco.__version__}", "", above, head]
@@ -118,15 +123,16 @@ def main():
         if model is None or key in seen:
             continue
         seen.add(key)
-        theirs, ours, same, (contacts, rows) = run(model, 1)
+        theirs, ours, same, sharp, (contacts, rows) = run(model, 1)
         if contacts == 0:
             continue
-        a, b, c = theirs.numbers(), ours.numbers(), same.numbers()
-        all_of_them.append(np.concatenate([b / a, b[:3] / c[:3]]))
+        a, b, c, d = (track.numbers() for track in (theirs, ours, same, sharp))
+        others = np.concatenate([b[:3] / c[:3], b[:3] / d[:3]])
+        all_of_them.append(np.concatenate([b / a, others]))
         short = name if len(name) <= 52 else ".." + name[-50:]
         row = f"{short:52} {model.nv:3d} {contacts:4d} {rows:4d} {a[1]:7.0f} {b[1]:7.0f}"
         row += "".join(f"{x:7.1f}" for x in b / a) + f"{ours.failed:7d}"
-        lines.append(row + "".join(f"{x:7.1f}" for x in b[:3] / c[:3]))
+        lines.append(row + "".join(f"{x:7.1f}" for x in others))
         print(lines[-1], file=sys.stderr, flush=True)
     middle = np.median(all_of_them, axis=0)
     name = f"the middle of {len(all_of_them)} models"
