@@ -2,10 +2,12 @@
  *
  * Quickhull (Barber, Dobkin & Huhdanpaa 1996) without its lists: the point farthest beyond a face
  * is a corner, and takes the place of the faces that it sees. Points that are less than
- * PERP__NEGLIGIBLE beyond a face lie on it. Hulls have few corners (PERP__MAX_CORNERS), so that
+ * FLT_EPSILON beyond a face lie on it, as those of meshes do; twice as much where noise of that
+ * size tears the surface, until it is whole. Hulls have few corners (PERP__MAX_CORNERS), so that
  * looking at everything is fast enough. All in units of a power of two near the points' size. */
 #include "world/collide/polytope.h"
 
+#include <float.h>
 #include <string.h>
 
 #include "base/rounding.h"
@@ -14,7 +16,7 @@
 enum { NONE = -1 };
 
 typedef struct triangle {
-    int32_t corner[3]; /* numbers of points */
+    int32_t corner[3]; /* numbers of corners */
     int32_t face;
     double normal[3];
     double offset;
@@ -28,9 +30,11 @@ typedef struct work {
     int32_t planar;
     double middle[3]; /* of the points' box */
     int exponent;     /* the points lie within 2^exponent of it */
+    double flat;      /* what is less far beyond a face lies on it */
+    int32_t torn;     /* the triangles are no closed surface */
     int32_t corners;
-    int32_t corner[PERP__MAX_CORNERS];
-    int32_t triangles; /* planar: sides, with two corners each */
+    int32_t corner[PERP__MAX_CORNERS]; /* numbers of points */
+    int32_t triangles;                 /* planar: sides, with two corners each */
     int32_t faces;
     triangle triangle[2 * PERP__MAX_FACES]; /* before those that a corner replaces are gone */
 } work;
@@ -64,15 +68,14 @@ static perp_status measure(work *w)
 static void set_plane(const work *w, triangle *t)
 {
     double x[3][3], u[3], v[3];
-    point_of(w, t->corner[0], x[0]);
-    point_of(w, t->corner[1], x[1]);
+    for (int k = 0; k < (w->planar ? 2 : 3); k++)
+        point_of(w, w->corner[t->corner[k]], x[k]);
     perp__subtract3(u, x[1], x[0]);
     if (w->planar) {
         t->normal[0] = u[1];
         t->normal[1] = -u[0];
         t->normal[2] = 0.0;
     } else {
-        point_of(w, t->corner[2], x[2]);
         perp__subtract3(v, x[2], x[0]);
         perp__cross(t->normal, u, v);
     }
@@ -115,7 +118,7 @@ static perp_status start(work *w, int32_t *simplex)
             perp__normalise3(along);
         }
     }
-    if (most > PERP__NEGLIGIBLE * PERP__NEGLIGIBLE)
+    if (most > w->flat * w->flat)
         return PERP_OK;
     return perp__refuse(w->context,
                         "points enclose nothing: all lie on the line through points [%d] and [%d]",
@@ -124,6 +127,10 @@ static perp_status start(work *w, int32_t *simplex)
 
 static perp_status add_corner(work *w, int32_t point)
 {
+    for (int32_t c = 0; c < w->corners; c++)
+        w->torn |= w->corner[c] == point;
+    if (w->torn)
+        return PERP_OK;
     if (w->corners == PERP__MAX_CORNERS)
         return perp__refuse(
             w->context, "points have a hull of more than %d corners, of which points[%d] is one",
@@ -143,12 +150,13 @@ static void add_triangle(work *w, int32_t a, int32_t b, int32_t c)
 
 static perp_status first_triangles(work *w)
 {
-    int32_t s[4] = {0}, corners = w->planar ? 3 : 4;
+    int32_t *s = w->corner;
+    triangle base = {{0, 1, 2}, NONE, {0.0, 0.0, 0.0}, 0.0, 0.0};
+    double side;
     perp_status status = start(w, s);
     if (status != PERP_OK)
         return status;
-    triangle base = {{s[0], s[1], s[2]}, NONE, {0.0, 0.0, 0.0}, 0.0, 0.0};
-    double side;
+    w->corners = w->planar ? 3 : 4;
     set_plane(w, &base);
     if (w->planar) {
         side = -beyond(w, &base, s[2]);
@@ -159,7 +167,7 @@ static perp_status first_triangles(work *w)
                 most = beyond(w, &base, i);
                 s[3] = i;
             }
-        if (!(fabs(most) > PERP__NEGLIGIBLE))
+        if (!(fabs(most) > w->flat))
             return perp__refuse(w->context,
                                 "points enclose nothing: all lie on the plane through points [%d], "
                                 "[%d] and [%d]",
@@ -171,16 +179,12 @@ static perp_status first_triangles(work *w)
         s[0] = s[1];
         s[1] = swapped;
     }
-    for (int32_t i = 0; i < corners && status == PERP_OK; i++)
-        status = add_corner(w, s[i]);
-    if (w->planar) {
-        for (int32_t i = 0; i < 3; i++)
-            add_triangle(w, s[i], s[(i + 1) % 3], NONE);
-        return status;
+    if (!w->planar)
+        add_triangle(w, 0, 1, 2);
+    for (int32_t i = 0; i < 3; i++) {
+        const int32_t next = (i + 1) % 3;
+        add_triangle(w, w->planar ? i : next, w->planar ? next : i, w->planar ? NONE : 3);
     }
-    add_triangle(w, s[0], s[1], s[2]);
-    for (int32_t i = 0; i < 3; i++)
-        add_triangle(w, s[(i + 1) % 3], s[i], s[3]);
     return status;
 }
 
@@ -194,20 +198,20 @@ static int32_t with_edge(const work *w, int32_t a, int32_t b)
     return NONE;
 }
 
-/* New triangles from the rim of those that see the point take their place. */
-static void replace_seen(work *w, int32_t point)
+/* New triangles from the rim of those that see the last corner take their place. */
+static void replace_seen(work *w)
 {
-    int32_t before = w->triangles, sleeping = 0;
+    int32_t before = w->triangles, sleeping = 0, last = w->corners - 1;
     int8_t seen[2 * PERP__MAX_FACES];
     for (int32_t t = 0; t < before; t++)
-        seen[t] = beyond(w, &w->triangle[t], point) > PERP__NEGLIGIBLE;
+        seen[t] = beyond(w, &w->triangle[t], w->corner[last]) > w->flat;
     for (int32_t t = 0; t < before; t++)
         for (int32_t i = 0; i < 3 && seen[t]; i++) {
             int32_t a = w->triangle[t].corner[i], b = w->triangle[t].corner[(i + 1) % 3];
             int32_t other = with_edge(w, b, a);
             if (other != NONE && other < before && !seen[other] &&
                 w->triangles < 2 * PERP__MAX_FACES)
-                add_triangle(w, a, b, point);
+                add_triangle(w, a, b, last);
         }
     for (int32_t t = 0; t < w->triangles; t++)
         if (t >= before || !seen[t])
@@ -218,8 +222,8 @@ static void replace_seen(work *w, int32_t point)
 static perp_status grow(work *w)
 {
     perp_status status = first_triangles(w);
-    for (int32_t t = 0; t < w->triangles && status == PERP_OK;) {
-        double best = PERP__NEGLIGIBLE, best_out = 0.0;
+    for (int32_t t = 0; t < w->triangles && status == PERP_OK && !w->torn;) {
+        double best = w->flat, best_out = 0.0;
         int32_t point = NONE;
 
         /* 1. the point farthest beyond the face, NONE if all are on it or inside; of points equally
@@ -227,11 +231,11 @@ static perp_status grow(work *w)
         for (int32_t i = 0; i < w->count; i++) {
             const double far = beyond(w, &w->triangle[t], i);
             double x[3];
-            if (far <= PERP__NEGLIGIBLE || far < best - PERP__NEGLIGIBLE)
+            if (far <= w->flat || far < best - w->flat)
                 continue;
             point_of(w, i, x);
             const double out = perp__dot3(x, x);
-            if (point == NONE || far > best + PERP__NEGLIGIBLE || out > best_out) {
+            if (point == NONE || far > best + w->flat || out > best_out) {
                 best = fmax(best, far);
                 best_out = out;
                 point = i;
@@ -246,11 +250,11 @@ static perp_status grow(work *w)
         status = add_corner(w, point);
         if (status == PERP_OK && w->planar) {
             const int32_t end = w->triangle[t].corner[1];
-            w->triangle[t].corner[1] = point;
+            w->triangle[t].corner[1] = w->corners - 1;
             set_plane(w, &w->triangle[t]);
-            add_triangle(w, point, end, NONE);
+            add_triangle(w, w->corners - 1, end, NONE);
         } else if (status == PERP_OK) {
-            replace_seen(w, point);
+            replace_seen(w);
             t = 0;
         }
     }
@@ -281,8 +285,8 @@ static void merge(work *w)
                 const int32_t other = with_edge(w, t->corner[(i + 1) % 3], t->corner[i]);
                 int32_t flat = other != NONE && w->triangle[other].face == NONE;
                 for (int32_t k = 0; k < 3 && flat; k++)
-                    flat = fabs(beyond(w, &w->triangle[seed], w->triangle[other].corner[k])) <=
-                           2.0 * PERP__NEGLIGIBLE;
+                    flat = fabs(beyond(w, &w->triangle[seed],
+                                       w->corner[w->triangle[other].corner[k]])) <= 2.0 * w->flat;
                 if (!flat)
                     continue;
                 w->triangle[other].face = t->face;
@@ -315,14 +319,6 @@ static perp__hull *allocate(const work *w, parts *p)
     p->side = p->loop + sides;
     p->edge = p->side + sides;
     return hull;
-}
-
-static int32_t number_of(const work *w, int32_t point)
-{
-    int32_t c = 0;
-    while (w->corner[c] != point)
-        c++;
-    return c;
 }
 
 /* The corner after a on the rim of the face, NONE if a is not on it. */
@@ -388,14 +384,14 @@ static int32_t write_topology(const work *w, perp__polytope *polytope, const par
 
         /* 1. the rim; in the plane a face is a side */
         for (; w->planar && count < 2; count++)
-            loop[count] = number_of(w, w->triangle[f].corner[count]);
+            loop[count] = w->triangle[f].corner[count];
         for (int32_t c = 0; c < w->corners && from == NONE && !w->planar; c++)
-            if (next_on_rim(w, f, w->corner[c]) != NONE)
-                from = w->corner[c];
+            if (next_on_rim(w, f, c) != NONE)
+                from = c;
         for (at = from; at != NONE && count < w->corners; at = next_on_rim(w, f, at)) {
             if (count > 0 && at == from)
                 break;
-            loop[count++] = number_of(w, at);
+            loop[count++] = at;
         }
         whole = w->planar || (at == from && count >= 3);
 
@@ -427,7 +423,7 @@ static void weigh(const work *w, perp__hull *hull, double *centre)
     for (int32_t t = 0; t < w->triangles; t++) {
         double x[3][3], cross[3], s[3], det;
         for (int i = 0; i < dimension; i++)
-            point_of(w, w->triangle[t].corner[i], x[i]);
+            point_of(w, w->corner[w->triangle[t].corner[i]], x[i]);
         perp__cross(cross, x[0], x[1]);
         det = w->planar ? cross[2] : perp__dot3(cross, x[2]);
         for (int k = 0; k < 3; k++)
@@ -492,10 +488,8 @@ static perp_status finish(work *w, perp__hull **made, double *centre)
     }
     if (!write_topology(w, polytope, &p)) {
         perp__release(w->context, hull);
-        return perp__refuse(w->context,
-                            "points[0 .. %d] are too close to one another, or to planes through "
-                            "others, for a hull",
-                            (int)w->count - 1);
+        w->torn = 1;
+        return PERP_OK;
     }
     hull->thickness = INFINITY;
     for (int32_t f = 0; f < polytope->faces; f++) {
@@ -522,8 +516,13 @@ perp_status perp__hull_make(perp_context *context, perp__hull **hull, double *ce
     w->count = count;
     w->planar = planar;
     perp_status status = measure(w);
-    PERP__THEN(status, grow(w));
-    PERP__THEN(status, finish(w, hull, centre));
+    w->torn = 1;
+    for (w->flat = FLT_EPSILON; w->torn && status == PERP_OK; w->flat *= 2.0) {
+        w->corners = w->triangles = w->faces = w->torn = 0;
+        status = grow(w);
+        if (status == PERP_OK && !w->torn)
+            status = finish(w, hull, centre);
+    }
     perp__release(context, w);
     return status;
 }
