@@ -117,31 +117,8 @@ static void keep(perp_ncp_solver *solver, const perp__ncp_residuals *residuals)
     perp__copy(solver->best_w, solver->model.w_caller, solver->model.n);
 }
 
-/* Keeps solver->candidate if it is the best point yet. */
-static perp_status consider(perp_ncp_solver *solver, int32_t method, perp_outcome said)
-{
-    perp__ncp_residuals residuals;
-    int32_t good, is_better;
-    perp_status status = perp__ncp_outcome_of(solver, &residuals);
-
-    if (status != PERP_OK)
-        return status < 0 ? status : PERP_OK;
-    residuals.said = said;
-    good = perp__is_good(verdict(solver, &residuals));
-    if (solver->best_method < 0)
-        is_better = 1;
-    else if (good != is_good(solver))
-        is_better = good;
-    else
-        is_better = objection(&residuals) < objection(&solver->best);
-    if (is_better) {
-        solver->best_method = method;
-        keep(solver, &residuals);
-    }
-    return PERP_OK;
-}
-
-/* The last digits of an answer: what the natural map shows at a bound is that bound. */
+/* What the natural map shows at a bound is that bound: the last digits of an answer. Where J is as
+ * good as 0 it calls bounds near that are not; so no point is good that is far from one there. */
 static perp_status write_bounds(perp_ncp_solver *solver)
 {
     const perp__ncp_model *m = &solver->model;
@@ -163,10 +140,34 @@ static perp_status write_bounds(perp_ncp_solver *solver)
     if (status != PERP_OK)
         return status < 0 ? status : PERP_OK;
     residuals.said = solver->best.said;
-    if (perp__is_good(verdict(solver, &residuals)) &&
-        objection(&residuals) <= fmax(objection(&solver->best), PERP__ROUNDING_LIMIT))
+    if (!(objection(&residuals) <= sqrt(solver->settings.tol)))
+        solver->best.evidence.sound = 0;
+    else if (solver->settings.polish && perp__is_good(verdict(solver, &residuals)) &&
+             objection(&residuals) <= fmax(objection(&solver->best), PERP__ROUNDING_LIMIT))
         keep(solver, &residuals);
     return PERP_OK;
+}
+
+/* Keeps solver->candidate if it is the best point yet. */
+static perp_status consider(perp_ncp_solver *solver, int32_t method, perp_outcome said)
+{
+    perp__ncp_residuals residuals;
+    int32_t good, is_better;
+    perp_status status = perp__ncp_outcome_of(solver, &residuals);
+
+    if (status != PERP_OK)
+        return status < 0 ? status : PERP_OK;
+    residuals.said = said;
+    good = perp__is_good(verdict(solver, &residuals));
+    if (solver->best_method < 0 || good != is_good(solver))
+        is_better = good || solver->best_method < 0;
+    else
+        is_better = objection(&residuals) < objection(&solver->best);
+    if (is_better) {
+        solver->best_method = method;
+        keep(solver, &residuals);
+    }
+    return is_better && good ? write_bounds(solver) : PERP_OK;
 }
 
 /* One run of a method from solver->candidate, to `share` of tol. */
@@ -371,8 +372,6 @@ static perp_status search(perp_ncp_solver *solver, const double *z0)
         if (solver->trapped)
             solver->best.said = PERP_OUTCOME_STALLED;
     }
-    if (status == PERP_OK && solver->settings.polish && is_good(solver) && m->control.ended < 0)
-        status = write_bounds(solver);
     if (m->control.ended >= 0)
         solver->best.said = m->control.ended;
     return status;
