@@ -134,10 +134,8 @@ static perp_status write_bounds(perp_ncp_solver *solver)
         solver->candidate[i] = above <= w ? m->lower[i] : below >= w ? m->upper[i] : z;
         moves |= solver->candidate[i] != z;
     }
-    if (!moves)
-        return PERP_OK;
-    status = perp__ncp_outcome_of(solver, &residuals);
-    if (status != PERP_OK)
+    status = moves ? perp__ncp_outcome_of(solver, &residuals) : PERP_OK;
+    if (status != PERP_OK || !moves)
         return status < 0 ? status : PERP_OK;
     residuals.said = solver->best.said;
     if (!(objection(&residuals) <= sqrt(solver->settings.tol)))
@@ -219,13 +217,11 @@ static int32_t is_over(perp_ncp_solver *solver)
     return is_good(solver) || solver->model.control.ended >= 0;
 }
 
-/* Both methods from `from`, or the one asked for; fischer alone follows the path then, and again
- * from where that ended. One that is content by its own scales, where the gate is not, goes on, up
- * to a ten-thousandth of tol; where digits are wanted and auto has other starts, they serve. */
+/* Both methods from `from`, or the one asked for; fischer alone then follows the path, and again
+ * from its end. One that is content by its scales, where the gate is not, goes on by new ones. */
 static perp_status run_all(perp_ncp_solver *solver, const double *from, double penalty)
 {
     const int32_t asked = solver->settings.method;
-    const double least = solver->settings.polish && asked == PERP_NCP_AUTO ? 1.0 : 1e-5;
     perp_status status = PERP_OK;
 
     for (int32_t k = 0; k < PERP__FISCHER_STARTS && status == PERP_OK; k++) {
@@ -237,7 +233,7 @@ static perp_status run_all(perp_ncp_solver *solver, const double *from, double p
             if (k < 2)
                 perp__copy(solver->candidate, from, solver->model.n);
             status = run(solver, method, path, penalty, 1.0);
-            for (double share = 1e-2; share > least && status == PERP_OK && !is_over(solver) &&
+            for (double share = 1e-2; share > 1e-5 && status == PERP_OK && !is_over(solver) &&
                                       solver->run.newton.outcome == PERP_OUTCOME_SOLVED;
                  share *= 1e-2)
                 status = run(solver, method, path, penalty, share);
