@@ -150,22 +150,19 @@ static perp_status write_bounds(perp_ncp_solver *solver)
 static perp_status consider(perp_ncp_solver *solver, int32_t method, perp_outcome said)
 {
     perp__ncp_residuals residuals;
-    int32_t good, is_better;
+    int32_t good;
     perp_status status = perp__ncp_outcome_of(solver, &residuals);
 
     if (status != PERP_OK)
         return status < 0 ? status : PERP_OK;
     residuals.said = said;
     good = perp__is_good(verdict(solver, &residuals));
-    if (solver->best_method < 0 || good != is_good(solver))
-        is_better = good || solver->best_method < 0;
-    else
-        is_better = objection(&residuals) < objection(&solver->best);
-    if (is_better) {
-        solver->best_method = method;
-        keep(solver, &residuals);
-    }
-    return is_better && good ? write_bounds(solver) : PERP_OK;
+    if (solver->best_method >= 0 &&
+        !(good != is_good(solver) ? good : objection(&residuals) < objection(&solver->best)))
+        return PERP_OK;
+    solver->best_method = method;
+    keep(solver, &residuals);
+    return good ? write_bounds(solver) : PERP_OK;
 }
 
 /* One run of a method from solver->candidate, to `share` of tol. */
