@@ -469,7 +469,6 @@ static perp_status find_within(perp_contact_solver *solver, const perp__contact_
     perp_status status = PERP_OK;
 
     /* 1. The first bounds. */
-    solver->is_far = is_far;
     if (is_far) {
         for (int32_t i = 0; i < bounded->count; i++)
             bounded->reach[i] = 0.0;
@@ -481,6 +480,7 @@ static perp_status find_within(perp_contact_solver *solver, const perp__contact_
     if (is_far && status == PERP_OK) {
         find_reach(solver, bounded->reach);
         perp__copy(bounded->load, solver->load, solver->size);
+        solver->is_far = 1;
     }
     do {
         /* 2. A solve within them. */

@@ -64,8 +64,11 @@ perp_status perp__contact_load(perp_contact_solver *solver)
     solver->is_free = 1;
     if (status != PERP_OK)
         return status;
+    /* far bounds are counted from the impulses nearest to 0: a shift to them drives nothing */
+    solver->problem.q = solver->is_far ? solver->bounded.load : solver->q;
     perp__contact_omegas(&solver->problem, solver->part, solver->parts, solver->drive,
                          solver->omega);
+    solver->problem.q = solver->q;
     grant_rounding(solver);
     solver->is_idle = 0;
     for (int32_t p = 0; p < solver->parts; p++)

@@ -117,31 +117,8 @@ static void keep(perp_ncp_solver *solver, const perp__ncp_residuals *residuals)
     perp__copy(solver->best_w, solver->model.w_caller, solver->model.n);
 }
 
-/* Keeps solver->candidate if it is the best point yet. */
-static perp_status consider(perp_ncp_solver *solver, int32_t method, perp_outcome said)
-{
-    perp__ncp_residuals residuals;
-    int32_t good, is_better;
-    perp_status status = perp__ncp_outcome_of(solver, &residuals);
-
-    if (status != PERP_OK)
-        return status < 0 ? status : PERP_OK;
-    residuals.said = said;
-    good = perp__is_good(verdict(solver, &residuals));
-    if (solver->best_method < 0)
-        is_better = 1;
-    else if (good != is_good(solver))
-        is_better = good;
-    else
-        is_better = objection(&residuals) < objection(&solver->best);
-    if (is_better) {
-        solver->best_method = method;
-        keep(solver, &residuals);
-    }
-    return PERP_OK;
-}
-
-/* The last digits of an answer: what the natural map shows at a bound is that bound. */
+/* What the natural map shows at a bound is that bound: the last digits of an answer. Where J is as
+ * good as 0 it calls bounds near that are not; so no point is good that is far from one there. */
 static perp_status write_bounds(perp_ncp_solver *solver)
 {
     const perp__ncp_model *m = &solver->model;
@@ -157,16 +134,35 @@ static perp_status write_bounds(perp_ncp_solver *solver)
         solver->candidate[i] = above <= w ? m->lower[i] : below >= w ? m->upper[i] : z;
         moves |= solver->candidate[i] != z;
     }
-    if (!moves)
-        return PERP_OK;
-    status = perp__ncp_outcome_of(solver, &residuals);
-    if (status != PERP_OK)
+    status = moves ? perp__ncp_outcome_of(solver, &residuals) : PERP_OK;
+    if (status != PERP_OK || !moves)
         return status < 0 ? status : PERP_OK;
     residuals.said = solver->best.said;
-    if (perp__is_good(verdict(solver, &residuals)) &&
-        objection(&residuals) <= fmax(objection(&solver->best), PERP__ROUNDING_LIMIT))
+    if (!(objection(&residuals) <= sqrt(solver->settings.tol)))
+        solver->best.evidence.sound = 0;
+    else if (solver->settings.polish && perp__is_good(verdict(solver, &residuals)) &&
+             objection(&residuals) <= fmax(objection(&solver->best), PERP__ROUNDING_LIMIT))
         keep(solver, &residuals);
     return PERP_OK;
+}
+
+/* Keeps solver->candidate if it is the best point yet. */
+static perp_status consider(perp_ncp_solver *solver, int32_t method, perp_outcome said)
+{
+    perp__ncp_residuals residuals;
+    int32_t good;
+    perp_status status = perp__ncp_outcome_of(solver, &residuals);
+
+    if (status != PERP_OK)
+        return status < 0 ? status : PERP_OK;
+    residuals.said = said;
+    good = perp__is_good(verdict(solver, &residuals));
+    if (solver->best_method >= 0 &&
+        !(good != is_good(solver) ? good : objection(&residuals) < objection(&solver->best)))
+        return PERP_OK;
+    solver->best_method = method;
+    keep(solver, &residuals);
+    return good ? write_bounds(solver) : PERP_OK;
 }
 
 /* One run of a method from solver->candidate, to `share` of tol. */
@@ -218,13 +214,11 @@ static int32_t is_over(perp_ncp_solver *solver)
     return is_good(solver) || solver->model.control.ended >= 0;
 }
 
-/* Both methods from `from`, or the one asked for; fischer alone follows the path then, and again
- * from where that ended. One that is content by its own scales, where the gate is not, goes on, up
- * to a ten-thousandth of tol; where digits are wanted and auto has other starts, they serve. */
+/* Both methods from `from`, or the one asked for; fischer alone then follows the path, and again
+ * from its end. One that is content by its scales, where the gate is not, goes on by new ones. */
 static perp_status run_all(perp_ncp_solver *solver, const double *from, double penalty)
 {
     const int32_t asked = solver->settings.method;
-    const double least = solver->settings.polish && asked == PERP_NCP_AUTO ? 1.0 : 1e-5;
     perp_status status = PERP_OK;
 
     for (int32_t k = 0; k < PERP__FISCHER_STARTS && status == PERP_OK; k++) {
@@ -236,7 +230,7 @@ static perp_status run_all(perp_ncp_solver *solver, const double *from, double p
             if (k < 2)
                 perp__copy(solver->candidate, from, solver->model.n);
             status = run(solver, method, path, penalty, 1.0);
-            for (double share = 1e-2; share > least && status == PERP_OK && !is_over(solver) &&
+            for (double share = 1e-2; share > 1e-5 && status == PERP_OK && !is_over(solver) &&
                                       solver->run.newton.outcome == PERP_OUTCOME_SOLVED;
                  share *= 1e-2)
                 status = run(solver, method, path, penalty, share);
@@ -371,8 +365,6 @@ static perp_status search(perp_ncp_solver *solver, const double *z0)
         if (solver->trapped)
             solver->best.said = PERP_OUTCOME_STALLED;
     }
-    if (status == PERP_OK && solver->settings.polish && is_good(solver) && m->control.ended < 0)
-        status = write_bounds(solver);
     if (m->control.ended >= 0)
         solver->best.said = m->control.ended;
     return status;

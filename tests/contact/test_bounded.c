@@ -430,6 +430,46 @@ static void test_infeasible_beside_far_bounds(void **state)
     }
 }
 
+/* Two velocities, and one to three more rows than they can meet: no v makes u = 0 in all, so that
+ * some impulse would have to be as far as its bound. Impulses within them that cancel each other
+ * excuse no u: sqrt(tol) of the largest |q| is asked of every row between its bounds. */
+static void test_too_many_rows_of_far_bounds(void **state)
+{
+    (void)state;
+    both_seed = 4;
+    for (int k = 0; k < 60; k++)
+        for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
+            both_problem p;
+            both_answer a;
+            double most = 0.0;
+
+            memset(&p, 0, sizeof p);
+            both_add(&p, 0, 2, 0.5);
+            p.n = 2;
+            p.bounded = 1 + k % 3;
+            p.size = p.rows + p.bounded;
+            for (int i = 0; i < p.bounded; i++) {
+                p.lower[i] = k % 2 > 0 ? -1e300 : -1e12;
+                p.upper[i] = k % 4 > 1 ? 1e300 : 1.0;
+            }
+            both_fill_data(&p, 0.5, 0);
+            both_by_dynamics(&p, methods[m], 0, NULL, &a);
+            if (a.result.outcome != PERP_OUTCOME_SOLVED)
+                continue;
+            for (int i = 0; i < p.size; i++)
+                most = fmax(most, fabs(p.q[i]));
+            for (int i = 0; i < p.bounded; i++) {
+                double u = p.w[p.rows + i];
+
+                for (int j = 0; j < p.n; j++)
+                    u += p.H[(p.rows + i) * MOST + j] * a.v[j];
+                if (a.modes[1 + i] == PERP_CONTACT_STICK && !(fabs(u) <= 3e-5 * most))
+                    fail_msg("%d, method %d: u of row %d is %g, beside %g", k, (int)methods[m], i,
+                             u, most);
+            }
+        }
+}
+
 /* W of rank 4: the impulses of two bilateral rows and of the second one with bounds go far along
  * its null direction. Its bounds have to be moved off for that, and what W makes of those was then
  * the measure by which a start that solves nothing was called solved. */
@@ -543,6 +583,7 @@ int main(void)
         cmocka_unit_test(test_far_bounds_of_one_side),
         cmocka_unit_test(test_infeasible),
         cmocka_unit_test(test_infeasible_beside_far_bounds),
+        cmocka_unit_test(test_too_many_rows_of_far_bounds),
         cmocka_unit_test(test_starts_beside_far_bounds),
         cmocka_unit_test(test_clip),
         cmocka_unit_test(test_refusals),

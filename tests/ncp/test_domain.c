@@ -317,6 +317,75 @@ static int32_t intrude(double *F, const double *z, void *user)
     return logarithm(F, z, user);
 }
 
+/* exp(z_i) - exp(a_i), which overflows at 710, or 1 / (1 - z_i) - 1 / (1 - a_i), defined for z_i <
+ * 1: one answer, z = a. Newton's step from z = 1/2 is up to 1e16 times too long. */
+typedef struct edges {
+    int32_t n, is_pole;
+    double a[3];
+} edges;
+
+static int32_t edge_function(double *F, const double *z, void *user)
+{
+    const edges *e = user;
+
+    for (int32_t i = 0; i < e->n; i++) {
+        if (e->is_pole && z[i] >= 1)
+            return 1;
+        F[i] = e->is_pole ? 1 / (1 - z[i]) - 1 / (1 - e->a[i]) : exp(z[i]) - exp(e->a[i]);
+    }
+    return 0;
+}
+
+static int32_t edge_jacobian(double *J, const double *z, void *user)
+{
+    const edges *e = user;
+
+    memset(J, 0, (size_t)(e->n * e->n) * sizeof *J);
+    for (int32_t i = 0; i < e->n; i++)
+        J[i + e->n * i] = e->is_pole ? 1 / (1 - z[i]) / (1 - z[i]) : exp(z[i]);
+    return 0;
+}
+
+/* By every method. A tested residual of 1e-10 leaves 1e-9 of F, and with poles a billionth of the
+ * largest 1 / (1 - a) squared, which is beside how far the smallest may be off: 1e-10 * 1e8. */
+static void test_steps_far_outside(void **state)
+{
+    int solved = 0;
+
+    (void)state;
+    for (int repeat = 0; repeat < 300; repeat++) {
+        perp_ncp_problem problem = fresh_ncp_problem();
+        perp_ncp_settings settings = fresh_ncp_settings();
+        perp_ncp_result result = fresh_ncp_result();
+        const double z0[] = {0.5, 0.5, 0.5};
+        double z[3];
+        edges e = {.n = 1 + repeat % 3, .is_pole = repeat / 3 % 2};
+
+        for (int32_t i = 0; i < e.n; i++) {
+            const double share = (double)((7 * repeat + 31 * i) % 100) / 100;
+
+            e.a[i] = e.is_pole ? 1 - pow(10, -1 - 3 * share) : 1 + 39 * share;
+        }
+        problem.n = e.n;
+        problem.function = edge_function;
+        problem.jacobian = edge_jacobian;
+        problem.user = &e;
+        settings.method = repeat / 6 % 3;
+        assert_int_equal(perp_ncp_solve(context, z, NULL, &result, &settings, &problem, z0),
+                         PERP_OK);
+        /* josephy's full steps from an edge at 700 are -1: it may take more than its 500 */
+        if (settings.method == PERP_NCP_JOSEPHY && result.outcome == PERP_OUTCOME_ITERATION_LIMIT)
+            continue;
+        if (result.outcome != PERP_OUTCOME_SOLVED)
+            fail_msg("%d, method %d: %s", repeat, settings.method,
+                     perp_outcome_text(result.outcome));
+        solved++;
+        for (int32_t i = 0; i < e.n; i++)
+            assert_true(fabs(z[i] - e.a[i]) <= 1e-2 * (e.is_pole ? 1 - e.a[i] : 1));
+    }
+    assert_true(solved >= 295);
+}
+
 static void test_busy(void **state)
 {
     const double z0[] = {1, 0};
@@ -344,6 +413,7 @@ int main(void)
         cmocka_unit_test(test_monitor),
         cmocka_unit_test(test_scales_that_run_away),
         cmocka_unit_test(test_sizes_of_the_start),
+        cmocka_unit_test(test_steps_far_outside),
         cmocka_unit_test(test_busy),
     };
 

@@ -416,12 +416,85 @@ static void test_edges(void **state)
     assert_true(good > 150);
 }
 
+/* ---- functions that saturate ----------------------------------------------------------------- */
+
+/* F_i = tanh(s_i (z_i - a_i)): away from a_i its slope is as good as none. */
+typedef struct sigmoids {
+    int32_t n;
+    double s[4], a[4];
+} sigmoids;
+
+static int32_t sigmoid_function(double *F, const double *z, void *user)
+{
+    const sigmoids *p = user;
+
+    for (int32_t i = 0; i < p->n; i++)
+        F[i] = tanh(p->s[i] * (z[i] - p->a[i]));
+    return 0;
+}
+
+static int32_t sigmoid_jacobian(double *J, const double *z, void *user)
+{
+    const sigmoids *p = user;
+
+    memset(J, 0, (size_t)(p->n * p->n) * sizeof *J);
+    for (int32_t i = 0; i < p->n; i++) {
+        const double c = cosh(fmin(fabs(p->s[i] * (z[i] - p->a[i])), 300));
+
+        J[i + p->n * i] = p->s[i] / c / c;
+    }
+    return 0;
+}
+
+/* F grows with each z_i, so a is the only answer. A slope of 1e-100 says that bounds are near
+ * wherever z is; F at the bound says otherwise. s (z - a) = tanh^-1 w: 1e-4 / s is far off. */
+static void test_where_functions_saturate(void **state)
+{
+    uint64_t random = 7;
+    int good = 0;
+
+    (void)state;
+    for (int repeat = 0; repeat < 600; repeat++) {
+        perp_ncp_settings settings = fresh_ncp_settings();
+        perp_ncp_problem problem = fresh_ncp_problem();
+        perp_ncp_result result = fresh_ncp_result();
+        double z[4], z0[4], lower[4], upper[4];
+        sigmoids p;
+
+        problem.n = p.n = 1 + repeat % 4;
+        for (int32_t i = 0; i < p.n; i++) {
+            p.s[i] = pow(10, 3 * zoo_random(&random));
+            p.a[i] = 0.5 + 2 * zoo_random(&random);
+            z0[i] = 4 * zoo_random(&random);
+            lower[i] = repeat % 8 < 4 ? 0 : -INFINITY;
+            upper[i] = repeat % 8 < 6 ? INFINITY : 1e3;
+        }
+        problem.function = sigmoid_function;
+        problem.jacobian = sigmoid_jacobian;
+        problem.lower = lower;
+        problem.upper = upper;
+        problem.user = &p;
+        settings.method = repeat / 8 % 3;
+        settings.polish = repeat % 5 > 0;
+        settings.restarts = 8;
+        assert_int_equal(perp_ncp_solve(context, z, NULL, &result, &settings, &problem, z0),
+                         PERP_OK);
+        for (int32_t i = 0; is_good(&result) && i < p.n; i++)
+            if (!(fabs(z[i] - p.a[i]) <= 1e-4 / p.s[i]))
+                fail_msg("%d, method %d: %s, but z[%d] is %g, not %g", repeat, settings.method,
+                         perp_outcome_text(result.outcome), i, z[i], p.a[i]);
+        good += is_good(&result);
+    }
+    assert_true(good >= 100); /* or this test would test nothing */
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_jacobians),
         cmocka_unit_test(test_no_start_is_called_solved),
         cmocka_unit_test(test_edges),
+        cmocka_unit_test(test_where_functions_saturate),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);

@@ -144,21 +144,25 @@ double perp__newton_reference(const perp__newton *f)
 perp_status perp__newton_search(perp__newton *f, double reference, double slope,
                                 const double *gradient, int32_t halvings)
 {
+    int32_t is_inside = halvings == 0, moves = 1;
     double t = 1.0;
 
-    for (int32_t k = 0; k <= halvings; k++, t *= 0.5) {
+    for (int32_t k = 0; k <= halvings && moves; k += is_inside, t *= 0.5) {
         double promised = t * slope;
         perp_status status;
 
+        moves = is_inside;
         for (int32_t i = 0; i < f->n; i++) {
-            f->trial_z[i] = f->z[i] + t * f->d[i];
-            if (f->projects)
-                f->trial_z[i] = perp__clamp(f->trial_z[i], f->lower[i], f->upper[i]);
+            const double z = f->z[i] + t * f->d[i];
+
+            f->trial_z[i] = f->projects ? perp__clamp(z, f->lower[i], f->upper[i]) : z;
             promised += gradient ? gradient[i] * (f->trial_z[i] - f->z[i]) : 0.0;
+            moves |= f->trial_z[i] != f->z[i] && fabs(f->d[i]) < INFINITY;
         }
         status = f->problem->evaluate(f, f->trial_z, f->trial_w);
         if (status < 0)
             return status;
+        is_inside |= status == PERP_OK;
         if (status > 0 || (gradient && !(promised < 0.0)))
             continue;
         perp__newton_check_trial(f);

@@ -106,8 +106,8 @@ void perp__newton_find_gradient(perp__newton *run);
 double perp__newton_reference(const perp__newton *run);
 
 /* Moves to z + t d, or its projection, t = 1, 1/2, ..., the first with Psi <= reference + beta t
- * slope; with a gradient slope is what it promises there, and < 0. Where F is not defined the step
- * is shortened like one that did not help. Returns 1, 0 if there is none, or an error. */
+ * slope; with a gradient slope is what it promises there, and < 0. `halvings` are those after the
+ * first t for which F is defined, unless they are 0. Returns 1, 0 if there is none, or an error. */
 perp_status perp__newton_search(perp__newton *run, double reference, double slope,
                                 const double *gradient, int32_t halvings);
 
