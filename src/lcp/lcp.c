@@ -76,15 +76,10 @@ perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step,
     perp__find_product(solver);
     if (!is_polished || !perp__polish_correct(solver, &residuals)) {
         residuals = perp__evaluate_product(solver);
-        /* 1. A point whose residual is beyond the range of doubles is replaced by the start, or by
-         * 0 where that is beyond it as well. */
-        if (!isfinite(residuals.tested)) {
-            start_from(solver, z0);
+        /* 1. In place of a point whose residual is no double comes the start, or else 0. */
+        for (int32_t k = 0; k < 2 && !isfinite(residuals.tested); k++) {
+            start_from(solver, k == 0 ? z0 : NULL);
             residuals = perp__evaluate(solver);
-            if (!isfinite(residuals.tested)) {
-                start_from(solver, NULL);
-                residuals = perp__evaluate(solver);
-            }
             said = PERP_OUTCOME_STALLED;
         }
         /* 2. The polish. It is left out where a loose tolerance is met already and the method may
@@ -243,6 +238,7 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
                                  .ray = solver->ray,
                                  .covering = solver->covering,
                                  .warm = z0 != NULL,
+                                 .missing = z0 == solver->game_start ? solver->missing : -1,
                                  .attempt = attempt,
                                  .rays = solver->rays,
                                  .outcome = PERP_OUTCOME_TIME_LIMIT};
@@ -356,10 +352,10 @@ static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, con
     return status;
 }
 
-/* Starts for two players' games. From z = 0 every covering vector leads to a ray there at once;
- * Lemke and Howson ("Equilibrium points of bimatrix games", J. SIAM 12 (1964) 413) begin where
- * player one takes strategy j alone, and as much of it as the other's costs need, and player two
- * the one strategy that answers it. */
+/* Starts for two players' games. From z = 0 every covering vector leads to a ray there at once:
+ * nothing falls where z_i grows and M_ii = 0. Lemke and Howson ("Equilibrium points of bimatrix
+ * games", J. SIAM 12 (1964) 413) begin where player one takes strategy j alone, and as much of it
+ * as the other's costs need, and player two the one strategy that answers it. */
 
 /* Whether M >= 0 has a zero diagonal, z >= 0 and q < 0: two players' costs, for one LCP. */
 static int32_t is_game(const perp_lcp_solver *solver)
@@ -401,28 +397,25 @@ static int32_t find_game_start(perp_lcp_solver *solver, int32_t j)
     if (s < 0 || last_lifted(solver, s, &second) < 0)
         return 0;
     memset(solver->game_start, 0, (size_t)solver->n * sizeof *solver->game_start);
+    solver->missing = j;
     solver->game_start[j] = first;
     solver->game_start[s] = second;
     return 1;
 }
 
-/* Lemke's method ends in a ray on games: the same from each of Lemke and Howson's starts. */
-static perp_status play(perp_lcp_solver *solver)
+/* Lemke's method from each of Lemke and Howson's starts, and from z = 0 where there are none. */
+static perp_status play(perp_lcp_solver *solver, const perp__plan_step *step)
 {
     /* a path from such a start is as long as any, not as one from next to the solution */
     const perp__plan_step lemke = {
         .method = PERP_LCP_LEMKE, .share = 1.0, .iteration_limit = 200 + 50 * (int64_t)solver->n};
-    const int32_t may_play = solver->best.outcome == PERP_OUTCOME_RAY && !ends_the_search(solver) &&
-                             solver->settings.pivot_rule == PERP_PIVOT_HARRIS && is_game(solver);
     perp_status status = PERP_OK;
 
-    for (int32_t j = 0; may_play && j < solver->n && status == PERP_OK; j++) {
-        if (!find_game_start(solver, j))
-            continue;
-        status = run(solver, &lemke, solver->game_start);
-        if (perp__is_good(solver->best.outcome) || solver->ended >= 0)
-            break;
-    }
+    for (int32_t j = 0; j < solver->n && status == PERP_OK && !ends_the_search(solver); j++)
+        if (find_game_start(solver, j))
+            status = run(solver, &lemke, solver->game_start);
+    if (status == PERP_OK && solver->best.method < 0)
+        status = run(solver, step, NULL);
     return status;
 }
 
@@ -502,6 +495,7 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
     perp_status status;
 
     solver->best.method = -1;
+    solver->best.outcome = PERP_OUTCOME_STALLED;
     solver->best_certificate = PERP_CERTIFICATE_NONE;
     solver->rays = 0;
     solver->ended = -1;
@@ -512,11 +506,15 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
     /* 2. The plan's methods; a ray that proves nothing leaves the next one its chance. */
     count = perp__make_plan(solver, steps);
     for (int32_t k = 0; k < count && status == PERP_OK; k++) {
+        const int32_t plays = steps[k].method == PERP_LCP_LEMKE &&
+                              solver->settings.pivot_rule == PERP_PIVOT_HARRIS && is_game(solver);
+
         if (steps[k].as_lu)
             status = perp__sparse_block_lu_cost(&solver->block, &steps[k].iteration_limit);
-        PERP__THEN(status, run(solver, &steps[k], z0));
-        if (status == PERP_OK && steps[k].method == PERP_LCP_LEMKE)
-            status = play(solver);
+        if (!plays || z0)
+            PERP__THEN(status, run(solver, &steps[k], z0));
+        if (plays && !ends_the_search(solver))
+            PERP__THEN(status, play(solver, &steps[k]));
         if (ends_the_search(solver))
             break;
     }

@@ -83,6 +83,7 @@ typedef struct perp__lcp_iterate {
      * scaled entries and are 0 outside of A. Returns 0 if it cannot. */
     int32_t (*correct)(void *work, const double *residual, double *step);
     int32_t warm;    /* on entry: z holds a start the caller gave */
+    int32_t missing; /* on entry: the one i with z_i > 0 and w_i > 0 at a feasible z; else -1 */
     int32_t attempt; /* on entry: 0, then 1, 2, ... for methods that can start afresh differently */
     int32_t rays;    /* on entry: verified rays that attempts of this solve ended in */
     int32_t far_off; /* set where another attempt is better than a polish of this point */

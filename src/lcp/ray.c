@@ -133,10 +133,9 @@ int32_t perp__ray_certificate(perp_lcp_solver *solver)
 {
     double least = INFINITY;
 
-    for (int32_t i = 0; i < solver->n; i++) {
+    for (int32_t i = 0; i < solver->n; i++)
         if (solver->upper[i] != INFINITY)
             return 0;
-    }
     /* y in the caller's units is D ray, which perp__ray_verify left in z */
     if (proves_infeasible(solver))
         return 1;

@@ -94,6 +94,7 @@ struct perp_lcp_solver {
     double *z, *w_high, *w_low; /* the point under evaluation, caller's units */
     perp__candidate best;
     double *game_start;
+    int32_t missing;  /* its strategy j, whose w_j > 0 as well */
     double *best_ray; /* caller's units, largest entry 1 */
     int32_t best_certificate;
     int32_t rays;       /* verified ones, of this solve */

@@ -112,6 +112,14 @@ static int32_t is_late(perp__sparse_block *b, double entries)
     return b->late;
 }
 
+/* Whether that may be so for the ordering, which comes but once and cannot be ended. */
+static int32_t orders_late(const perp__sparse_block *b)
+{
+    const double entries = ORDERING * (double)b->M->column_starts[b->M->columns];
+
+    return !b->ordered && b->deadline > 0.0 && perp__now() + b->pace * entries > b->deadline;
+}
+
 int32_t perp__block_is_late(perp__sparse_block *block, double products)
 {
     return is_late(block, PRODUCT * products);
@@ -477,7 +485,7 @@ perp_status perp__sparse_block_approach(perp__sparse_block *block, const int32_t
     if ((block->factored || block->on_grid || block->by_steps > 0) &&
         holds(block, active, count, 0.0))
         return PERP_OK;
-    if (count >= largest && block->kind == PERP__SPARSE_SYMMETRIC)
+    if (block->kind == PERP__SPARSE_SYMMETRIC && (count >= largest || orders_late(block)))
         status = perp__sparse_block_grid(block, &grid);
     if (status != PERP_OK)
         return status;

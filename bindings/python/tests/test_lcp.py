@@ -391,6 +391,43 @@ def test_zero_sum_games(storage, degenerate):
         assert (x @ A).max() - (A @ y).min() <= 1e-9
 
 
+def count_of_pivots(costs, others):
+    """Those of Lemke and Howson's path that begins with the first player's first strategy, by two
+    tableaus [b I C], [b C I] and the least ratio."""
+    m, n = costs.shape
+    T = [np.c_[np.ones(n), others.T, np.eye(n)], np.c_[np.ones(m), np.eye(m), costs]]
+    basic = [list(range(m, m + n)), list(range(m))]
+    entering, side, count = 0, 0, 0
+    while True:
+        t = T[side]
+        column = t[:, 1 + entering]
+        ratios = np.full(len(column), np.inf)
+        np.divide(t[:, 0], column, out=ratios, where=column > 1e-9)
+        r = np.argmin(ratios)
+        t[r] /= t[r, 1 + entering]
+        for i in set(range(len(t))) - {r}:
+            t[i] -= t[i, 1 + entering] * t[r]
+        leaving, basic[side][r] = basic[side][r], entering
+        entering, side, count = leaving, 1 - side, count + 1
+        if leaving == 0:
+            return count
+
+
+def test_the_path_of_a_game():
+    """Random games are not degenerate, so that Lemke and Howson's path is one path: nothing is
+    tried before it. Its first two pivots are the start's, and t and the missing strategy's slack
+    are two variables of one column, so that the counts differ by at most two."""
+    for seed in range(40):
+        g = np.random.default_rng(seed)
+        m, n = g.integers(9, 30, 2)
+        costs, others = g.uniform(1, 3, (m, n)), g.uniform(1, 3, (m, n))
+        M = np.block([[np.zeros((m, m)), costs], [others.T, np.zeros((n, n))]])
+        told = perp.lcp(M, -np.ones(m + n))
+        assert told.ok
+        # maximal payoffs 4 - costs have the equilibria of minimal costs
+        assert abs(told.iterations - count_of_pivots(4 - costs, 4 - others)) <= 2, seed
+
+
 @pytest.mark.parametrize("method", ["auto", "lemke", "pgs", "fischer", "active_set"])
 def test_a_limit_that_is_used_up_begins_nothing(method):
     """No pivot, no sweep, no factorisation, no proof of a ray: the start, with its true residual."""

@@ -15,9 +15,6 @@
 /* A round of a crash is a Cholesky factorisation of the active block where M is symmetric, else LU:
  * from this size on that costs less than the pivots that it saves. */
 #define CRASH_LU_FROM 256
-/* The more of M is skew, the more rounds it takes, and the more two sweeps let the residual grow:
- * from here on too many for LU. */
-#define CRASH_GROWTH 10.0
 /* The basis it ends with is taken if at most this part of the indices is infeasible. */
 #define CRASH_PART 8
 
@@ -260,10 +257,9 @@ static int32_t transform(perp__lemke *l)
     return 1;
 }
 
-/* Two sweeps from a cold start: where they solve the problem no basis is needed, and they cost less
- * than one. Else active sets begin where they end, if that is nearer to a solution, and *growth is
- * that of the residual. */
-static int32_t sweeps_solve(perp__lemke *l, perp__lcp_iterate *iterate, double *growth)
+/* Two sweeps from a cold start: they cost less than a basis, and may solve the problem. If not,
+ * active sets begin where they end; where the residual fell, that is: *fell. */
+static int32_t sweeps_solve(perp__lemke *l, perp__lcp_iterate *iterate, int32_t *fell)
 {
     const perp__lcp_problem *p = l->head.problem;
     const int32_t most = p->iteration_limit == 1 ? 1 : 2;
@@ -281,16 +277,17 @@ static int32_t sweeps_solve(perp__lemke *l, perp__lcp_iterate *iterate, double *
         first = k == 0 ? residual : first;
         iterate->iterations = k;
     }
-    for (int32_t i = 0; i < p->n && !(residual < first); i++)
+    *fell = residual < first;
+    for (int32_t i = 0; i < p->n && !*fell; i++)
         z[i] = perp__clamp(0.0, p->lower[i], p->upper[i]);
     iterate->outcome = PERP_OUTCOME_SOLVED;
-    *growth = residual / first;
     return residual <= p->tol;
 }
 
 /* Whether active sets from cold may pay: not where many couplings are larger than a positive
- * definite M + M' can have; one a row is looked at. */
-static int32_t may_crash(const perp__lcp_problem *p, double growth)
+ * definite M + M' can have; one a row is looked at. The more of M is skew, the more rounds they
+ * take, each an LU: too many where sweeps come no nearer, either. */
+static int32_t may_crash(const perp__lcp_problem *p, int32_t fell)
 {
     const perp__matrix *M = p->M;
     int32_t large = 0;
@@ -301,8 +298,7 @@ static int32_t may_crash(const perp__lcp_problem *p, double growth)
 
         large += size * size > perp__entry(M, i, i) * perp__entry(M, j, j) && i != j;
     }
-    return large <= M->rows / 16 &&
-           (p->block->is_symmetric || (p->n >= CRASH_LU_FROM && growth <= CRASH_GROWTH));
+    return large <= M->rows / 16 && (p->block->is_symmetric || (p->n >= CRASH_LU_FROM && fell));
 }
 
 /* Active sets where M looks positive definite, and the basis that a start of the caller's names.
@@ -319,14 +315,14 @@ static perp_status start_near(perp__lemke *l, perp__lcp_iterate *iterate,
      * polish, where it is on, has tried these already. */
     perp__places_of(p, iterate->z, l->places);
     if (p->settings->crash && !p->M->column_starts && p->block->has_positive_diagonal) {
-        double growth = INFINITY;
+        int32_t fell = 0;
 
-        if (!iterate->warm && p->n > PERP__SMALL_LENGTH && sweeps_solve(l, iterate, &growth)) {
+        if (!iterate->warm && p->n > PERP__SMALL_LENGTH && sweeps_solve(l, iterate, &fell)) {
             *guess = PERP__GUESS_END;
             return PERP_OK;
         }
         iterate->iterations = 0;
-        if (iterate->warm ? !p->settings->polish : may_crash(p, growth))
+        if (iterate->warm ? !p->settings->polish : may_crash(p, fell))
             status = perp__lemke_crash(l, iterate, 0, 0.0, guess);
         if (*guess == PERP__GUESS_BASIS && l->crash.wrong > p->n / CRASH_PART)
             *guess = PERP__GUESS_NONE;

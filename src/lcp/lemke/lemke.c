@@ -146,7 +146,7 @@ static double speed_of(const perp__lemke *l, int32_t variable, double least)
 /* The last column is the direction in which nothing blocks. */
 static void write_ray(const perp__lemke *l, perp__lcp_iterate *iterate)
 {
-    const double least = l->basis->noise * perp__lemke_largest_entry(l);
+    const double least = l->basis->noise * perp__largest(l->column, l->pairs);
     const double dt = speed_of(l, perp__lemke_t(l), least);
     int32_t i;
 
@@ -197,6 +197,7 @@ perp_status perp__lemke_crash(perp__lemke *l, perp__lcp_iterate *iterate, int32_
 static perp_status solve_near(perp__lemke *l, perp__lcp_iterate *iterate, int32_t *done)
 {
     enum perp__lemke_guess guess = PERP__GUESS_NONE;
+    int32_t covers = iterate->missing >= 0;
     double worst = 0.0;
     perp_status status;
 
@@ -209,15 +210,21 @@ static perp_status solve_near(perp__lemke *l, perp__lcp_iterate *iterate, int32_
         return status < 0 ? status : PERP_OK;
     /* 2. The column of t: what is infeasible moves to where it is feasible for the t that the worst
      * one needs, and what is feasible stays. A basic x with two bounds moves no further than half
-     * way between them. */
-    for (int32_t r = 0; r < l->pairs; r++)
+     * way between them. Of a start that lacks one pair t is that pair's slack, if it covers all. */
+    if (covers)
+        status = l->basis->column(l, l->pairs + iterate->missing);
+    for (int32_t r = 0; r < l->pairs; r++) {
         worst = fmax(worst, perp__lemke_violation(l, r));
+        covers &= l->column[r] < 0.0 || perp__lemke_violation(l, r) == 0.0;
+    }
     for (int32_t r = 0; r < l->pairs; r++) {
         const double violation = perp__lemke_violation(l, r);
         const int32_t variable = l->basic[r];
         double d = violation > l->slack * l->largest_b ? 1.0 : 0.0;
 
-        if (variable < l->pairs && d > 0.0)
+        if (covers)
+            d = -l->column[r];
+        else if (variable < l->pairs && d > 0.0)
             d = fmin(d, (violation + 0.5 * l->range[variable]) / worst);
         if (l->b[r] > l->high[r])
             d = -d;
@@ -226,9 +233,10 @@ static perp_status solve_near(perp__lemke *l, perp__lcp_iterate *iterate, int32_
     }
     l->basis->set_covering(l);
     /* 3. The path. */
-    status = perp__lemke_follow_path(l, iterate, (int64_t)l->pairs + 16);
+    if (status == PERP_OK)
+        status = perp__lemke_follow_path(l, iterate, (int64_t)l->pairs + 16);
     if (status != PERP_OK)
-        return status;
+        return status < 0 ? status : PERP_OK;
     iterate->iterations += l->spent;
     l->spent = iterate->iterations;
     write_point(l, iterate);

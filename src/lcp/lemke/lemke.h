@@ -274,9 +274,6 @@ void perp__lemke_write_limits(perp__lemke *l);
 /* By how much the basic variable of row r is outside of its limits; 0 if it is not. */
 double perp__lemke_violation(const perp__lemke *l, int32_t r);
 
-/* Of l->column, in size. */
-double perp__lemke_largest_entry(const perp__lemke *l);
-
 /* perp__lemke_basis's move in double. */
 double perp__lemke_move(perp__lemke *l, int32_t r, double far);
 

@@ -117,15 +117,6 @@ static int32_t harris_row(const perp__lemke *l, double own_range)
     return found >= 0 ? found : PERP__NO_ROW;
 }
 
-double perp__lemke_largest_entry(const perp__lemke *l)
-{
-    double largest = 0.0;
-
-    for (int32_t r = 0; r < l->pairs; r++)
-        largest = fabs(l->column[r]) > largest ? fabs(l->column[r]) : largest;
-    return largest;
-}
-
 /* The row of B^-1 over its pivot: what the perturbation (e, e^2, ...) of the first right-hand side
  * adds to the ratio of row r. */
 static void write_perturbations(perp__lemke *l, int32_t r, double *row)
@@ -139,7 +130,7 @@ static void write_perturbations(perp__lemke *l, int32_t r, double *row)
 
 static int32_t lexicographic_row(perp__lemke *l, double own_range)
 {
-    const double floor = l->smallest_pivot * perp__lemke_largest_entry(l);
+    const double floor = l->smallest_pivot * perp__largest(l->column, l->pairs);
     double *best = l->far, *other = l->speed;
     double least = INFINITY, far, speed, tie;
     int32_t found = PERP__NO_ROW, ties = 0, r;
@@ -197,7 +188,7 @@ static perp_status find_blocking(perp__lemke *l, double own_range, int32_t *r)
         return status;
     *r = blocking_row(l, own_range);
     if (!l->basis->refactor || *r == PERP__FLIP ||
-        (*r >= 0 && fabs(l->column[*r]) >= PERP__DOUBTFUL * perp__lemke_largest_entry(l)))
+        (*r >= 0 && fabs(l->column[*r]) >= PERP__DOUBTFUL * perp__largest(l->column, l->pairs)))
         return PERP_OK;
     status = l->basis->refactor(l);
     if (status == PERP__LEMKE_AS_NEW)
