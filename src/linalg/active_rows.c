@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "linalg/lanes/multiversion.h"
 #include "linalg/matrix.h"
 
 void perp__active_rows_layout(perp__active_rows *active, perp__arena *arena, size_t entries,
@@ -48,21 +49,27 @@ void perp__active_rows_add(perp__active_rows *active, double target)
  * equally well the order of the caller decides, not rounding. */
 #define PIVOT_THRESHOLD 0.5
 
-static void add(double *y, double s, const double *x, int32_t n)
+PERP__KERNEL static void add(double *y, double s, const double *x, int32_t n)
 {
     for (int32_t i = 0; i < n; i++)
         y[i] += s * x[i];
 }
 
-/* Where a vector is not 0: rows of large systems mostly are. Sums over that are the same bits. */
+/* What follows is compiled for the coordinates of one body, and for any number. */
+enum { BODY = 6 };
+
+/* Where a vector is not 0: rows of large systems mostly are, those of one body need no search. Sums
+ * over that are the same bits. */
 typedef struct span {
     int32_t first, count;
 } span;
 
-static span span_of(const double *x, int32_t n)
+PERP__KERNEL static span span_of(const double *x, int32_t n)
 {
     span s = {0, n};
 
+    if (n == BODY)
+        return s;
     while (s.count > 0 && x[s.first + s.count - 1] == 0.0)
         s.count--;
     while (s.count > 0 && x[s.first] == 0.0) {
@@ -72,7 +79,7 @@ static span span_of(const double *x, int32_t n)
     return s;
 }
 
-static double length_of(const double *row, int32_t n)
+PERP__KERNEL static double length_of(const double *row, int32_t n)
 {
     const span s = span_of(row, n);
 
@@ -80,9 +87,9 @@ static double length_of(const double *row, int32_t n)
 }
 
 /* Takes row `pick` as the next vector q of the basis. Returns the component of y_0 along it. */
-static double new_direction(const perp__active_rows *active, double *q, int32_t pick)
+PERP__KERNEL static double new_direction(const perp__active_rows *active, double *q, int32_t pick,
+                                         int32_t n)
 {
-    const int32_t n = active->n;
     const double *row = active->rows + (size_t)pick * (size_t)n, norm = active->norms[pick];
     double eta = active->targets[pick] / norm;
     double length;
@@ -106,10 +113,8 @@ static double new_direction(const perp__active_rows *active, double *q, int32_t 
     return eta / length;
 }
 
-void perp__active_rows_solve(perp__active_rows *active)
+PERP__KERNEL static void solve(perp__active_rows *active, int32_t n)
 {
-    const int32_t n = active->n;
-
     memset(active->taken, 0, (size_t)active->count * sizeof *active->taken);
     memset(active->particular, 0, (size_t)n * sizeof *active->particular);
     for (int32_t i = 0; i < active->count; i++)
@@ -129,7 +134,7 @@ void perp__active_rows_solve(perp__active_rows *active)
             !(active->norms[pick] >= PIVOT_THRESHOLD * largest && active->norms[pick] <= DBL_MAX))
             pick++;
         /* 2. What is left of it is a direction of the basis. */
-        eta = new_direction(active, q, pick);
+        eta = new_direction(active, q, pick, n);
         active->taken[pick] = 1;
         active->norms[pick] = 0.0;
         s = span_of(q, n);
@@ -149,8 +154,16 @@ void perp__active_rows_solve(perp__active_rows *active)
     }
 }
 
+void perp__active_rows_solve(perp__active_rows *active)
+{
+    if (active->n == BODY)
+        solve(active, BODY);
+    else
+        solve(active, active->n);
+}
+
 /* Twice: the second pass removes what rounding of the first one left. */
-void perp__project_out(const double *basis, int32_t rank, int32_t n, double *y)
+PERP__KERNEL static void project_out(const double *basis, int32_t rank, int32_t n, double *y)
 {
     for (int32_t pass = 0; pass < 2; pass++)
         for (int32_t k = 0; k < rank; k++) {
@@ -161,6 +174,14 @@ void perp__project_out(const double *basis, int32_t rank, int32_t n, double *y)
             if (share != 0.0)
                 add(y + s.first, -share, q + s.first, s.count);
         }
+}
+
+void perp__project_out(const double *basis, int32_t rank, int32_t n, double *y)
+{
+    if (n == BODY)
+        project_out(basis, rank, BODY, y);
+    else
+        project_out(basis, rank, n, y);
 }
 
 /* ---- what the rows leave free ---- */

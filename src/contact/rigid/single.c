@@ -18,117 +18,149 @@
  * those squares' products with a third. */
 #define LEAST cbrt(DBL_MIN)
 
-enum { MOST = 8, AXES = 3, WIDTH = 6, ROWS = MOST * AXES };
+enum { MOST = 8, AXES = 3, WIDTH = 6, ROWS = MOST * AXES, LANES = 4 };
 
 typedef struct single {
     const perp__rigid_problem *problem;
     perp__contact_problem law; /* contacts, starts, dims, mu and trace: what law.h reads */
     int32_t starts[MOST + 1], dims[MOST], modes[MOST], held[MOST], rank;
     double mu[MOST], trace[MOST], root[MOST], omega;
-    double P[ROWS][WIDTH], A[ROWS][WIDTH]; /* P = J C, A = |J| |C| */
-    double q[ROWS], terms[ROWS];           /* J v + bias, and its terms */
+    /* By coordinates, so that rows go in lanes; rows that are not there are 0. P' = J C, and
+     * A' = |J| |C|. */
+    double J[WIDTH][ROWS], P[WIDTH][ROWS], A[WIDTH][ROWS];
+    double q[ROWS], terms[ROWS]; /* J v + bias, and its terms */
     double r[ROWS], u[ROWS];
     double scale[ROWS], error[ROWS]; /* |P| |P'| |r| + |q|; at least what rounding made of u */
+    double square[ROWS];             /* of P's rows */
     double after[ROWS];              /* u of v */
     double y[WIDTH], v[WIDTH];       /* P'r; what is left of the velocity */
     double change;                   /* of it by what holds, beside its terms */
 } single;
 
 /* Row a of contact k, as the caller has it. */
-PERP__KERNEL static const double *row_of(const single *s, int32_t k, int32_t a)
+static const double *row_of(const single *s, int32_t k, int32_t a)
 {
     const perp__rigid_rows *rows = &s->problem->rows[k];
 
     return rows->rows[rows->body[0] != 0][a];
 }
 
-/* P, |J| |C| and q of row i, J times C and the free velocity; |P|^2. */
-PERP__KERNEL static double read_row(single *s, int32_t i, const double *J, double bias, int32_t n)
-{
-    const double *C = s->problem->factors;
-    double q = bias, terms = fabs(bias), square = 0.0;
-
-    for (int32_t j = 0; j < n; j++)
-        s->P[i][j] = s->A[i][j] = 0.0;
-    for (int32_t l = 0; l < n; l++, C += n) {
-        for (int32_t j = 0; j < n; j++) {
-            s->P[i][j] += C[j] * J[l];
-            s->A[i][j] += fabs(C[j] * J[l]);
-        }
-        q += J[l] * s->problem->free[l];
-        terms += fabs(J[l] * s->problem->free[l]);
-    }
-    for (int32_t j = 0; j < n; j++)
-        square += s->P[i][j] * s->P[i][j];
-    s->q[i] = q;
-    s->terms[i] = terms;
-    return square;
-}
-
-/* All rows, and omega, the largest free velocity. */
-PERP__KERNEL static void read_width(single *s, int32_t n)
+/* Contacts, J, bias (in q) and impulses as the caller has them. */
+static void gather(single *s)
 {
     const perp__rigid_problem *p = s->problem;
 
-    s->omega = 0.0;
+    memset(s->J, 0, sizeof s->J);
+    memset(s->q, 0, sizeof s->q);
+    memset(s->r, 0, sizeof s->r);
+    s->starts[0] = 0;
     for (int32_t k = 0; k < p->contacts; k++) {
         const int32_t first = s->starts[k], dim = p->rows[k].dim;
 
         s->starts[k + 1] = first + dim;
         s->dims[k] = dim;
         s->mu[k] = dim > 1 ? p->rows[k].mu : 0.0;
-        s->trace[k] = 0.0;
         for (int32_t a = 0; a < dim; a++) {
+            const double *row = row_of(s, k, a);
+
+            s->q[first + a] = p->rows[k].bias[a];
             s->r[first + a] = p->warm[AXES * k + a];
-            s->trace[k] += read_row(s, first + a, row_of(s, k, a), p->rows[k].bias[a], n);
+            for (int32_t l = 0; l < p->width; l++)
+                s->J[l][first + a] = row[l];
         }
-        s->root[k] = sqrt(s->trace[k]);
-        s->omega = fmax(s->omega, perp__contact_length(s->q, first, first + dim) / s->root[k]);
+    }
+}
+
+/* P, A and q, J times C and the free velocity; |P|^2. */
+PERP__KERNEL static void read_rows(single *s, int32_t rows)
+{
+    const int32_t n = s->problem->width;
+
+    for (int32_t i = 0; i < rows; i++) {
+        s->terms[i] = fabs(s->q[i]);
+        s->square[i] = 0.0;
+    }
+    for (int32_t j = 0; j < n; j++) {
+        for (int32_t i = 0; i < rows; i++)
+            s->P[j][i] = s->A[j][i] = 0.0;
+        for (int32_t l = 0; l < n; l++) {
+            const double c = s->problem->factors[l * n + j];
+
+            for (int32_t i = 0; i < rows && c != 0.0; i++) {
+                s->P[j][i] += c * s->J[l][i];
+                s->A[j][i] += fabs(c * s->J[l][i]);
+            }
+        }
+        for (int32_t i = 0; i < rows; i++) {
+            s->square[i] += s->P[j][i] * s->P[j][i];
+            s->q[i] += s->J[j][i] * s->problem->free[j];
+            s->terms[i] += fabs(s->J[j][i] * s->problem->free[j]);
+        }
     }
 }
 
 /* u = P P'r + q, its terms, and its errors: products and sums of at most rows + 3 n + 4 terms. */
-PERP__KERNEL static void find_velocities(single *s, int32_t n)
+PERP__KERNEL static void find_velocities(single *s, int32_t rows)
 {
-    const int32_t rows = s->starts[s->problem->contacts];
+    const int32_t n = s->problem->width;
     const double unit = (AXES * s->problem->contacts + 3 * n + 4) * DBL_EPSILON;
-    double terms[WIDTH] = {0.0}, most[WIDTH] = {0.0};
 
-    memset(s->y, 0, sizeof s->y);
     for (int32_t i = 0; i < rows; i++)
-        for (int32_t j = 0; j < n; j++) {
-            s->y[j] += s->r[i] * s->P[i][j];
-            terms[j] += fabs(s->r[i] * s->P[i][j]);
-            most[j] += fabs(s->r[i]) * s->A[i][j];
-        }
-    for (int32_t i = 0; i < rows; i++) {
-        double sum = 0.0, size = 0.0, bound = 0.0;
+        s->u[i] = s->scale[i] = s->error[i] = 0.0;
+    for (int32_t j = 0; j < n; j++) {
+        double y[LANES] = {0.0}, terms[LANES] = {0.0}, most[LANES] = {0.0}, size, bound;
 
-        for (int32_t j = 0; j < n; j++) {
-            sum += s->P[i][j] * s->y[j];
-            size += fabs(s->P[i][j]) * terms[j];
-            bound += s->A[i][j] * most[j];
+        for (int32_t i = 0; i < rows; i += LANES)
+            for (int32_t l = 0; l < LANES; l++) {
+                y[l] += s->r[i + l] * s->P[j][i + l];
+                terms[l] += fabs(s->r[i + l] * s->P[j][i + l]);
+                most[l] += fabs(s->r[i + l]) * s->A[j][i + l];
+            }
+        s->y[j] = (y[0] + y[1]) + (y[2] + y[3]);
+        size = (terms[0] + terms[1]) + (terms[2] + terms[3]);
+        bound = (most[0] + most[1]) + (most[2] + most[3]);
+        for (int32_t i = 0; i < rows; i++) {
+            s->u[i] += s->P[j][i] * s->y[j];
+            s->scale[i] += fabs(s->P[j][i]) * size;
+            s->error[i] += s->A[j][i] * bound;
         }
-        s->u[i] = sum + s->q[i];
-        s->scale[i] = size + fabs(s->q[i]);
-        s->error[i] = unit * (bound + s->terms[i]);
+    }
+    for (int32_t i = 0; i < rows; i++) {
+        s->u[i] += s->q[i];
+        s->scale[i] += fabs(s->q[i]);
+        s->error[i] = unit * (s->error[i] + s->terms[i]);
     }
 }
 
 PERP__MULTIVERSION(read, (single * s), (s))
 {
-    if (s->problem->width == WIDTH)
-        read_width(s, WIDTH);
+    if (s->problem->contacts <= MOST / 2)
+        read_rows(s, ROWS / 2);
     else
-        read_width(s, 3);
+        read_rows(s, ROWS);
 }
 
 PERP__MULTIVERSION(push, (single * s), (s))
 {
-    if (s->problem->width == WIDTH)
-        find_velocities(s, WIDTH);
+    if (s->problem->contacts <= MOST / 2)
+        find_velocities(s, ROWS / 2);
     else
-        find_velocities(s, 3);
+        find_velocities(s, ROWS);
+}
+
+/* The squares of all contacts' rows, and omega, the largest free velocity. */
+static void find_sizes(single *s)
+{
+    s->omega = 0.0;
+    for (int32_t k = 0; k < s->problem->contacts; k++) {
+        const int32_t first = s->starts[k], end = s->starts[k + 1];
+
+        s->trace[k] = 0.0;
+        for (int32_t i = first; i < end; i++)
+            s->trace[k] += s->square[i];
+        s->root[k] = sqrt(s->trace[k]);
+        perp__raise_to(&s->omega, perp__contact_length(s->q, first, end) / s->root[k]);
+    }
 }
 
 /* What contact k lacks of its law, or where that is more the velocities that its mode says are 0,
@@ -217,20 +249,24 @@ static void hold(single *s)
     /* 1. What the rows that do not hold push. */
     for (int32_t k = 0; k < p->contacts; k++)
         for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++) {
-            strength += fabs(s->r[i]) * sqrt(perp__dot(s->P[i], s->P[i], n));
+            strength += fabs(s->r[i]) * sqrt(s->square[i]);
             for (int32_t j = 0; j < n && i >= s->starts[k] + s->held[k]; j++)
-                move[j] += s->r[i] * s->P[i][j];
+                move[j] += s->r[i] * s->P[j][i];
         }
     /* 2. The least that stops the rows that hold, normals first. */
     perp__active_rows_begin(&held, n);
     for (int32_t a = 0; a < AXES; a++)
         for (int32_t k = 0; k < p->contacts; k++) {
             const int32_t i = s->starts[k] + a;
+            double *row = perp__active_rows_next(&held), push = 0.0;
 
             if (a >= s->held[k])
                 continue;
-            perp__copy(perp__active_rows_next(&held), s->P[i], n);
-            perp__active_rows_add(&held, -(s->q[i] + perp__dot(s->P[i], move, n)));
+            for (int32_t j = 0; j < n; j++) {
+                row[j] = s->P[j][i];
+                push += row[j] * move[j];
+            }
+            perp__active_rows_add(&held, -(s->q[i] + push));
         }
     perp__active_rows_solve(&held);
     s->rank = held.rank;
@@ -277,10 +313,11 @@ int32_t perp__rigid_single(perp__rigid_answer *answer, const perp__rigid_problem
         if (p->rows[k].body[0] + p->rows[k].body[1] != PERP__RIGID_AT_REST)
             return 0;
     s.problem = p;
-    s.starts[0] = 0;
     s.law = (perp__contact_problem){
         .contacts = p->contacts, .starts = s.starts, .dims = s.dims, .mu = s.mu, .trace = s.trace};
+    gather(&s);
     read(&s);
+    find_sizes(&s);
     /* 2. No square may leave the range of numbers. */
     for (int32_t k = 0; k < p->contacts; k++)
         if (!(s.trace[k] > LEAST && s.trace[k] < 1.0 / LEAST))
