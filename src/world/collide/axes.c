@@ -165,6 +165,46 @@ PERP__MULTIVERSION_SHARED(perp__box_axes,
         axis[k].number = k;
 }
 
+void perp__ball_axes(const perp__placed *a, const perp__placed *b, int32_t planar, perp__axes *axes)
+{
+    const int32_t turns = b->geometry->kind == PERP__BOX, dimension = planar ? 2 : 3;
+    const perp__placed *box = turns ? b : a, *ball = turns ? a : b;
+    const int32_t faces = box->geometry->kind == PERP__BOX ? 2 * dimension : 0;
+    const double *half = box->geometry->half_extents;
+    const double radius = box->geometry->radius + ball->geometry->radius;
+    double between[3], centre[3], out[3] = {0.0, 0.0, 0.0};
+    int32_t beyond = 0;
+
+    axes->faces[turns] = faces;
+    axes->faces[1 - turns] = 0;
+    axes->count = faces + 1;
+    perp__subtract3(between, ball->position, box->position);
+    perp__apply_transposed3(centre, box->rotation, between);
+    for (int32_t k = 0; k < faces; k++) {
+        perp__axis *axis = &axes->axis[k];
+        const double sign = k % 2 ? 1.0 : -1.0, height = sign * centre[k / 2] - half[k / 2];
+
+        *axis = (perp__axis){k, {0.0, 0.0, 0.0}, height - radius, INFINITY};
+        axis->normal[k / 2] = sign;
+        out[k / 2] += height > 0.0 ? sign * height : 0.0;
+        beyond += height > 0.0;
+    }
+    if (faces == 0)
+        perp__copy3(out, centre);
+    const double distance = perp__normalise3(out);
+    out[1] = distance > 0.0 || faces > 0 ? out[1] : 1.0; /* of one centre: any */
+    axes->axis[faces] = (perp__axis){PERP__CLOSEST_AXIS,
+                                     {out[0], out[1], out[2]},
+                                     faces == 0 || beyond > 1 ? distance - radius : -INFINITY,
+                                     INFINITY};
+    for (int32_t k = 0; k < axes->count && turns; k++) { /* as A sees them */
+        perp__apply3(between, box->rotation, axes->axis[k].normal);
+        perp__apply_transposed3(out, ball->rotation, between);
+        for (int j = 0; j < 3; j++)
+            axes->axis[k].normal[j] = -out[j];
+    }
+}
+
 double perp__size_of(const perp__placed *shape)
 {
     return perp__largest3(shape->geometry->half_extents) + shape->geometry->radius;

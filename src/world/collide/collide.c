@@ -77,31 +77,33 @@ static void turn_points(int32_t count, perp__point *points)
             points[q].normal[k] = -points[q].normal[k];
 }
 
-/* A sphere, in planar worlds a disc, and a box or a sphere, which is a box without extent, but
- * round, in the frame of the world. */
-static int32_t collide_ball(const perp__placed *a, const perp__placed *ball, int32_t planar,
-                            double margin, perp__point *points)
+/* The point of a ball and a box or a ball along an axis by its number, or where there is none such
+ * along that which separates most. */
+static int32_t collide_ball(const perp__placed *a, const perp__placed *b, int32_t planar,
+                            int32_t number, double margin, perp__point *points)
 {
-    static const double none[3] = {0.0, 0.0, 0.0};
-    const int32_t boxed = a->geometry->kind == PERP__BOX, dimension = planar ? 2 : 3;
-    const double *half = boxed ? a->geometry->half_extents : none;
-    perp__placed frame = *a;
-    double between[3], centre[3], closest[3] = {0.0, 0.0, 0.0}, outward[3], aside;
-    for (int k = 0; k < 9 && !boxed; k++)
-        frame.rotation[k] = k % 4 == 0;
-    perp__subtract3(between, ball->position, a->position);
-    perp__apply_transposed3(centre, frame.rotation, between);
-    const double radius = a->geometry->radius;
-    const double gap = perp__box_distance(half, dimension, centre, outward, &aside) - radius -
-                       ball->geometry->radius;
-    if (!(gap <= margin))
+    const int32_t turns = b->geometry->kind != PERP__SPHERE;
+    const perp__placed *ball = turns ? a : b;
+    perp__axes axes;
+    perp__ball_axes(a, b, planar, &axes);
+    const perp__axis *closest = &axes.axis[axes.count - 1], *best = closest;
+    for (int32_t k = axes.count - 1; k-- > 0 && closest->separation == -INFINITY;)
+        best = axes.axis[k].separation > best->separation ? &axes.axis[k] : best;
+    for (int32_t k = 0; k < axes.count; k++)
+        if (axes.axis[k].number == number && axes.axis[k].separation > -INFINITY)
+            best = &axes.axis[k];
+    if (!(best->separation <= margin))
         return 0;
-
-    /* the point midway between both */
-    for (int j = 0; j < dimension && boxed; j++)
-        closest[j] = outward[j] == 0.0 ? centre[j] : centre[j] < 0.0 ? -half[j] : half[j];
-    perp__along3(closest, closest, radius + 0.5 * gap, outward);
-    perp__emit_point(&frame, closest, outward, gap, 0, points);
+    points->gap = best->separation;
+    points->feature = 0;
+    perp__subtract3(points->normal, b->position, a->position);
+    if (axes.count > 1 || perp__is_zero3(points->normal)) /* else a frame would but round it */
+        perp__apply3(points->normal, a->rotation, best->normal);
+    else
+        perp__normalise3(points->normal);
+    perp__along3(points->position, ball->position,
+                 (turns ? 1.0 : -1.0) * (ball->geometry->radius + 0.5 * points->gap),
+                 points->normal);
     return 1;
 }
 
@@ -119,7 +121,7 @@ int32_t perp__collide(const perp__placed *a, const perp__placed *b, int32_t plan
     else if (kind == PERP__PLANE)
         count = collide_plane(first, second, planar, margin, points);
     else if (perp__is_ball_pair(first, second))
-        count = collide_ball(first, second, planar, margin, points);
+        count = collide_ball(first, second, planar, PERP__NO_AXIS, margin, points);
     else
         count = perp__collide_convex(first, second, planar, margin, points);
 
@@ -133,9 +135,10 @@ int32_t perp__collide_along(const perp__placed *a, const perp__placed *b, int32_
 {
     const int32_t swapped = perp__are_boxes(a, b, planar) && perp__box_is_smaller(a, b);
     perp__convex_pair pair;
-    if (a->geometry->kind == PERP__PLANE || b->geometry->kind == PERP__PLANE ||
-        perp__is_ball_pair(a, b))
+    if (a->geometry->kind == PERP__PLANE || b->geometry->kind == PERP__PLANE)
         return perp__collide(a, b, planar, INFINITY, points);
+    if (perp__is_ball_pair(a, b))
+        return collide_ball(a, b, planar, axis, INFINITY, points);
     if (swapped && axis >= 0)
         axis = axis < 6 ? (axis + 3) % 6 : 6 + 3 * (axis % 3) + (axis - 6) / 3;
     perp__convex_pair_set(&pair, swapped ? b : a, swapped ? a : b, planar);

@@ -63,7 +63,7 @@ static inline int32_t perp__are_boxes(const perp__placed *a, const perp__placed 
     return !planar && a->geometry->kind == PERP__BOX && b->geometry->kind == PERP__BOX;
 }
 
-/* A ball against a ball or a box: they have no axes but that between the closest points. */
+/* A ball against a ball or a box. */
 static inline int32_t perp__is_ball_pair(const perp__placed *a, const perp__placed *b)
 {
     const int32_t kind = a->geometry->kind, other = b->geometry->kind;

@@ -4,9 +4,9 @@
  * collision. Boxes: along a fixed direction the separation of bodies that go straight is linear in
  * time, so that each axis gives the interval in which it does not separate, and the shapes meet at
  * the first time that lies in all of them. Bodies that turn do so in steps of STRIDE, and each time
- * found is looked at again in the pose there. Balls: the distance of a point that goes straight
- * from a convex shape is a convex function of time, so Newton's method comes to its first zero from
- * below.
+ * found is looked at again in the pose there. Of balls the line between the closest points is such
+ * an axis: their distance is a convex function of time, and to go as far as an axis says is
+ * Newton's method, which comes to its first zero from below.
  *
  * Axes along which shapes touch at the start are gates: they close only where the motion presses by
  * more than grazing. A box that slides over flush tiles is kept from the next one by its bottom,
@@ -63,61 +63,17 @@ int32_t perp__axes_of(const perp__placed *a, const perp__placed *b, int32_t plan
 {
     perp__convex_pair pair;
     int32_t all = 1;
-    axes->faces[0] = axes->faces[1] = axes->count = 0;
     if (perp__are_boxes(a, b, planar)) {
         perp__box_axes(a, b, far, axes);
-        for (int k = 0; k < 6 && all; k++)
-            all = !(axes->axis[k].separation > far);
-    } else if (!perp__is_ball_pair(a, b)) {
+    } else if (perp__is_ball_pair(a, b)) {
+        perp__ball_axes(a, b, planar, axes);
+    } else {
         perp__convex_pair_set(&pair, a, b, planar);
-        all = perp__convex_axes(&pair, far, axes);
+        return perp__convex_axes(&pair, far, axes);
     }
+    for (int k = 0; k < axes->faces[0] + axes->faces[1] && all; k++)
+        all = !(axes->axis[k].separation > far);
     return all;
-}
-
-/* A difference of places in the frame of a box. A ball has no frame: its turning is nothing. */
-static void see_from(const perp__placed *box, const double *between, double *seen)
-{
-    if (box->geometry->kind == PERP__BOX)
-        perp__apply_transposed3(seen, box->rotation, between);
-    else
-        perp__copy3(seen, between);
-}
-
-static void centre_in_box(const perp__placed *box, const perp__placed *ball, double *centre)
-{
-    double between[3];
-    perp__subtract3(between, ball->position, box->position);
-    see_from(box, between, centre);
-}
-
-double perp__box_distance(const double *half, int dimension, const double *centre, double *gradient,
-                          double *aside)
-{
-    double inside = -INFINITY;
-    int out = 0, next = 0;
-    for (int j = 0; j < 3; j++)
-        gradient[j] = 0.0;
-    *aside = INFINITY;
-    for (int j = 0; j < dimension; j++) {
-        double beyond = fabs(centre[j]) - half[j];
-        if (beyond > 0.0) {
-            gradient[j] = centre[j] < 0.0 ? -beyond : beyond;
-            out++;
-        } else {
-            *aside = fmin(*aside, -beyond);
-        }
-        if (beyond > inside) {
-            inside = beyond;
-            next = j;
-        }
-    }
-    if (out > 1)
-        *aside = 0.0;
-    if (out > 0)
-        return perp__normalise3(gradient);
-    gradient[next] = centre[next] < 0.0 ? -1.0 : 1.0;
-    return inside;
 }
 
 /* An axis is told apart from another one if they differ by more than the motion turns them. Of
@@ -146,41 +102,26 @@ int32_t perp__touch_plainly(const perp__moving *moving_a, const perp__moving *mo
                             const perp__axes *axes, perp__collision *collision)
 {
     const perp__placed *a = moving_a->start, *b = moving_b->start;
-    int32_t kind_a = a->geometry->kind, kind_b = b->geometry->kind;
+    const double due = perp__relative_displacement(moving_a, moving_b) + tolerance->touching;
+    int32_t best = perp__last_to_close(a, b, axes, NULL);
+    const perp__axis *axis;
+
     collision->time = 0.0;
     collision->axis = collision->doubtful = 0;
-    if (kind_a == PERP__SPHERE && kind_b == PERP__SPHERE) {
-        double between[3];
-        perp__subtract3(between, b->position, a->position);
-        double reach = a->geometry->radius + b->geometry->radius + tolerance->touching;
-        return perp__dot3(between, between) <= reach * reach;
-    }
-    if (!perp__is_ball_pair(a, b)) {
-        int32_t best = perp__last_to_close(a, b, axes, NULL);
-        if (axes->axis[best].separation > tolerance->touching)
-            return 0;
-        if (axes->axis[best].separation > tolerance->rounding)
-            best = steadier_face(moving_a, moving_b, axes, best);
-        const perp__axis *axis = &axes->axis[best];
-        collision->axis = axis->number;
-        if (axis->number == PERP__CLOSEST_AXIS) /* a rim, unless nothing has one */
-            return axis->separation < -tolerance->touching ||
-                   (a->geometry->radius > 0.0 && b->geometry->radius > 0.0);
-        const double due = perp__relative_displacement(moving_a, moving_b) + tolerance->touching;
-        const double deep = axis->separation < -tolerance->touching ? due : tolerance->touching;
-        double aside = perp__separation_aside(a, b, planar, axes, best, -2.0 * due, -deep);
-        collision->doubtful = -aside < due;
-        return axis->separation < -tolerance->touching ||
-               (axis->separation <= tolerance->touching && aside < -tolerance->touching);
-    }
-    const perp__placed *box = kind_a == PERP__BOX ? a : b, *ball = kind_a == PERP__BOX ? b : a;
-    double centre[3], gradient[3], aside;
-    centre_in_box(box, ball, centre);
-    double gap =
-        perp__box_distance(box->geometry->half_extents, planar ? 2 : 3, centre, gradient, &aside) -
-        ball->geometry->radius;
-    return gap < -tolerance->touching ||
-           (gap <= tolerance->touching && aside > tolerance->touching);
+    if (axes->axis[best].separation > tolerance->touching)
+        return 0;
+    if (axes->axis[best].separation > tolerance->rounding)
+        best = steadier_face(moving_a, moving_b, axes, best);
+    axis = &axes->axis[best];
+    collision->axis = axis->number;
+    if (axis->number == PERP__CLOSEST_AXIS) /* a rim, unless nothing has one */
+        return axis->separation < -tolerance->touching || axes->faces[0] + axes->faces[1] == 0 ||
+               (a->geometry->radius > 0.0 && b->geometry->radius > 0.0);
+    const double deep = axis->separation < -tolerance->touching ? due : tolerance->touching;
+    const double aside = perp__separation_aside(a, b, planar, axes, best, -2.0 * due, -deep);
+    collision->doubtful = -aside < due;
+    return axis->separation < -tolerance->touching ||
+           (axis->separation <= tolerance->touching && aside < -tolerance->touching);
 }
 
 /* A gate closes where the separation falls below minus this. `grazing` 0: the gate without what a
@@ -354,9 +295,8 @@ static void set_collision(course *on, double t, perp__collision *collision)
 /* Fixed axes close before those that turn, and come nearer to their time by a share only: where the
  * last one to close goes by its rate, the next look is when that closes it; and as long as it can't
  * have closed nothing meets, for one axis that separates is enough. */
-static int32_t collide_along_axes(const perp__moving *a, const perp__moving *b, int32_t planar,
-                                  const perp__touch_tolerance *tolerance,
-                                  perp__collision *collision)
+int32_t perp__find_collision(const perp__moving *a, const perp__moving *b, int32_t planar,
+                             const perp__touch_tolerance *tolerance, perp__collision *collision)
 {
     const double angle = perp__length3(a->turn) + perp__length3(b->turn);
     const double displacement = perp__relative_displacement(a, b);
@@ -418,101 +358,4 @@ static int32_t collide_along_axes(const perp__moving *a, const perp__moving *b, 
     if (met)
         set_collision(&on, t, collision);
     return met;
-}
-
-/* Newton's method for the first time in [t, end] at which a point on its way from `from` by `way`
- * comes within `radius` of the box with the half extents `half`; faces are gates. */
-static double ball_entry(const double *half, int dimension, double radius, const double *from,
-                         const double *displacement, const double *gates, double rounding)
-{
-    double t = 0.0, leave = 1.0;
-    for (int j = 0; j < dimension; j++)
-        for (int side = 0; side < 2; side++) {
-            double sign = side ? 1.0 : -1.0, gate = gates[2 * j + side];
-            double first = sign * from[j] - half[j] - radius + gate;
-            narrow(first, first + sign * displacement[j], &t, &leave);
-        }
-    for (int look = 0; look < PERP__MAX_LOOKS && t <= leave; look++) {
-        double at[3], gradient[3], aside;
-        perp__along3(at, from, t, displacement);
-        double gap = perp__box_distance(half, dimension, at, gradient, &aside) - radius + gates[6];
-        double rate = -perp__dot3(gradient, displacement);
-        if (!(rate > 0.0))
-            return INFINITY;
-        if (gap <= rounding)
-            return t;
-        t += gap / rate;
-    }
-    return INFINITY;
-}
-
-/* Ball `b` and box or ball `a`; a ball is a box without extent, but round. */
-static int32_t collide_ball(const perp__moving *a, const perp__moving *b, int32_t planar,
-                            const perp__touch_tolerance *tolerance, perp__collision *collision)
-{
-    static const double none[3] = {0.0, 0.0, 0.0};
-    int boxed = a->start->geometry->kind == PERP__BOX, dimension = planar ? 2 : 3;
-    const double *half = boxed ? a->start->geometry->half_extents : none;
-    double radius = b->start->geometry->radius + (boxed ? 0.0 : a->start->geometry->radius);
-    double angle = perp__length3(a->turn) + perp__length3(b->turn);
-    double turn = sum(a->turn) + sum(b->turn), displacement = perp__relative_displacement(a, b);
-    double gates[7] = {0.0}, bare[7] = {0.0}, from[3], gradient[3], aside, t = 0.0;
-
-    /* 1. the gates of the faces and of the closest points */
-    centre_in_box(a->start, b->start, from);
-    double distance = perp__box_distance(half, dimension, from, gradient, &aside) - radius;
-    for (int k = 0; k < 2 * dimension && boxed; k++) {
-        double separation = (k % 2 ? from[k / 2] : -from[k / 2]) - half[k / 2] - radius;
-        gates[k] = gate_of(separation, tolerance, tolerance->grazing);
-        bare[k] = gate_of(separation, tolerance, 0.0);
-    }
-    gates[6] = gate_of(distance, tolerance, tolerance->grazing);
-    bare[6] = gate_of(distance, tolerance, 0.0);
-
-    /* 2. the share of the step in which the ball's way in the frame of the box leaves its chord by
-     * little: c = R' (d + t x) bends by (2 |turn| |x| + |turn|^2 |d|) / 8 */
-    double bend = 0.125 * turn * (2.0 * displacement + turn * (sum(from) + displacement));
-    double least = PERP__NEAR * fmin(a->reach, b->reach), stride = 1.0;
-    if (boxed)
-        stride = fmax(bend > least ? sqrt(least / bend) : 1.0, 1.0 / PERP__MAX_LOOKS);
-
-    /* 3. chord by chord */
-    while (t < 1.0) {
-        double end = fmin(1.0, t + stride);
-        perp__placed later_a, later_b;
-        double to[3], way[3], at[3];
-        perp__moved(a, end, &later_a);
-        perp__moved(b, end, &later_b);
-        centre_in_box(&later_a, &later_b, to);
-        perp__subtract3(way, to, from);
-        if (angle == 0.0) {
-            double world[3];
-            perp__subtract3(world, b->displacement, a->displacement);
-            see_from(a->start, world, way);
-        }
-        double entry = ball_entry(half, dimension, radius, from, way, gates, tolerance->rounding);
-        if (entry <= 1.0) {
-            entry = fmin(entry,
-                         ball_entry(half, dimension, radius, from, way, bare, tolerance->rounding));
-            perp__along3(at, from, entry, way);
-            perp__box_distance(half, dimension, at, gradient, &aside);
-            collision->time = t + entry * (end - t);
-            collision->axis = 0;
-            collision->doubtful = boxed && aside < displacement + tolerance->touching;
-            return 1;
-        }
-        t = end;
-        memcpy(from, to, sizeof from);
-    }
-    return 0;
-}
-
-int32_t perp__find_collision(const perp__moving *a, const perp__moving *b, int32_t planar,
-                             const perp__touch_tolerance *tolerance, perp__collision *collision)
-{
-    if (!perp__is_ball_pair(a->start, b->start))
-        return collide_along_axes(a, b, planar, tolerance, collision);
-    if (b->start->geometry->kind == PERP__SPHERE)
-        return collide_ball(a, b, planar, tolerance, collision);
-    return collide_ball(b, a, planar, tolerance, collision);
 }

@@ -55,11 +55,6 @@ int32_t perp__find_collision(const perp__moving *a, const perp__moving *b, int32
 int32_t perp__collide_along(const perp__placed *a, const perp__placed *b, int32_t planar,
                             int32_t axis, perp__point *points);
 
-/* Distance of a point from a box (negative inside: to the next face) and its gradient. `aside`: how
- * far inside of the nearest rim of the face it lies over. */
-double perp__box_distance(const double *half, int dimension, const double *centre, double *gradient,
-                          double *aside);
-
 /* Whether the point lies inside the shape, by more than `depth`. */
 int32_t perp__holds(const perp__placed *shape, const double *point, double depth);
 
@@ -118,12 +113,16 @@ static inline int32_t perp__is_same_way(double cosine)
  * either side. */
 #define PERP__BOX_AXES 15
 void perp__box_axes(const perp__placed *a, const perp__placed *b, double far, perp__axes *axes);
+/* A ball and a box, or another ball: the faces of the box, and the line between the closest points
+ * where it is none of these. */
+void perp__ball_axes(const perp__placed *a, const perp__placed *b, int32_t planar,
+                     perp__axes *axes);
 /* Of any shape: its largest coordinate. */
 double perp__size_of(const perp__placed *shape);
 int perp__box_is_smaller(const perp__placed *a, const perp__placed *b);
 
-/* The axes of any two shapes but half-spaces; balls against balls and boxes have none. Returns 0
- * where a face keeps them farther apart than `far`: then it is the last one found. */
+/* The axes of any two shapes but half-spaces. Returns 0 where a face keeps them farther apart than
+ * `far`: then it is the last one found. */
 int32_t perp__axes_of(const perp__placed *a, const perp__placed *b, int32_t planar, double far,
                       perp__axes *axes);
 

@@ -296,6 +296,7 @@ void perp__segment_of_edge(const perp__polytope *polytope, int32_t e, perp__segm
 void perp__convex_closest(const perp__convex_pair *pair, perp__closest *closest)
 {
     const perp__polytope *a = &pair->side[0], *b = &pair->side[1];
+    const double even = PERP__NEGLIGIBLE * pair->size; /* distances that differ by less are equal */
     double least = INFINITY;
     perp__segment best[2] = {{{0.0}, {0.0}, 0.0}, {{0.0}, {0.0}, 0.0}};
     for (int32_t i = 0; i < a->edges; i++) {
@@ -305,14 +306,14 @@ void perp__convex_closest(const perp__convex_pair *pair, perp__closest *closest)
             double on_a[3], on_b[3], between[3];
             perp__segment_of_edge(b, j, &edge_b);
             perp__subtract3(between, edge_b.centre, edge_a.centre);
-            if (perp__length3(between) - edge_a.half - edge_b.half > least + pair->size)
+            if (perp__length3(between) - edge_a.half - edge_b.half > least + 2.0 * even)
                 continue; /* no points of theirs are as close */
             int parallel = perp__segment_closest(&edge_a, &edge_b, on_a, on_b);
             perp__subtract3(between, on_b, on_a);
             double distance = perp__normalise3(between);
 
             /* of equal distances that of parallel edges: others end where these lie side by side */
-            const double counts = distance - (parallel ? PERP__NEGLIGIBLE * pair->size : 0.0);
+            const double counts = distance - (parallel ? even : 0.0);
             if (!(counts < least))
                 continue;
             least = counts;
@@ -453,8 +454,8 @@ int32_t perp__convex_axes(const perp__convex_pair *pair, double far, perp__axes 
 double perp__separation_aside(const perp__placed *a, const perp__placed *b, int32_t planar,
                               const perp__axes *axes, int32_t best, double least, double enough)
 {
-    const int32_t boxes = perp__are_boxes(a, b, planar);
-    const int32_t count = boxes ? axes->count : axes->faces[0] + axes->faces[1];
+    const int32_t all = perp__are_boxes(a, b, planar) || perp__is_ball_pair(a, b);
+    const int32_t count = all ? axes->count : axes->faces[0] + axes->faces[1];
     const double *direction = axes->axis[best].normal;
     const double radius = a->geometry->radius + b->geometry->radius;
     double normal[3], largest = least;
@@ -463,7 +464,7 @@ double perp__separation_aside(const perp__placed *a, const perp__placed *b, int3
         if (axes->axis[k].separation + radius > largest &&
             fabs(perp__dot3(axes->axis[k].normal, direction)) < PERP__ASIDE)
             largest = axes->axis[k].separation + radius;
-    if (boxes || largest > enough)
+    if (all || largest > enough)
         return largest;
     perp__convex_pair_set(&pair, a, b, planar);
     return best_product(&pair, direction, 1, largest, largest, enough, normal, &(int32_t){0});
