@@ -120,11 +120,6 @@ perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context
     return status;
 }
 
-int32_t perp__joint_block_repeats(const perp__joint_block *b, int32_t n)
-{
-    return b->factored && b->factor.repeats[b->lane[n]];
-}
-
 void perp__joint_block_release(perp__joint_block *b)
 {
     perp__joint_factor_release(&b->factor);
@@ -174,10 +169,8 @@ double perp__joint_block_solve(perp__joint_block *b, double share, double moment
     if (b->factored)
         multiply(b, y);
     for (int32_t n = 0; n < b->rows && b->factored; n++) {
-        double *lack = &b->x[b->lane[n]];
-
-        *lack += share * b->scale[n] * b->w[n];
-        largest = fabs(*lack) > largest ? fabs(*lack) : largest;
+        b->x[b->lane[n]] += share * b->scale[n] * b->w[n];
+        largest = fabs(b->x[b->lane[n]]) > largest ? fabs(b->x[b->lane[n]]) : largest;
     }
     if (b->factored)
         perp__joint_factor_solve(&b->factor, b->x);

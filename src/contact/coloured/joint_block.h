@@ -43,9 +43,6 @@ typedef struct perp__joint_block {
 perp_status perp__joint_block_set_up(perp__joint_block *block, perp_context *context,
                                      const perp__rigid_problem *problem);
 
-/* Whether row n says what others do, but for an angle that joints need not keep to. */
-int32_t perp__joint_block_repeats(const perp__joint_block *block, int32_t n);
-
 void perp__joint_block_release(perp__joint_block *block);
 
 /* y += P' r. */

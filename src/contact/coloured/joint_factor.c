@@ -195,6 +195,15 @@ PERP__KERNEL static void fill_column(perp__joint_factor *f, int32_t k, double ri
     }
 }
 
+static const perp__joint_tile none;
+
+/* In vectors: instructions for strings, which compilers write for it, are long to begin. */
+PERP__KERNEL static void copy_tile(double (*to)[PERP__NODE], const void *from)
+{
+    for (int32_t i = 0; i < PERP__NODE * PERP__NODE; i += PERP__NODE / 2)
+        PERP__LANES_AT(*to + i) = PERP__CONST_LANES_AT((const double *)from + i);
+}
+
 static void exchange(double *a, double *b)
 {
     const double kept = *a;
@@ -233,7 +242,7 @@ PERP__KERNEL static int32_t invert(double (*D)[PERP__NODE], double (*back)[PERP_
     int32_t lane[PERP__NODE] = {0, 1, 2, 3, 4, 5, 6, 7};
     perp__joint_tile sorted;
 
-    memset(back, 0, sizeof(perp__joint_tile));
+    copy_tile(back, none);
     for (int32_t c = 0; c < rows; c++) {
         double pivot, root;
 
@@ -266,7 +275,7 @@ PERP__KERNEL static int32_t invert(double (*D)[PERP__NODE], double (*back)[PERP_
                 D[d][l] += x * D[c][l];
         }
     }
-    memcpy(sorted, back, sizeof sorted);
+    copy_tile(sorted, back);
     for (int32_t c = 0; c < rows; c++)
         for (int32_t l = 0; l < rows; l++)
             D[lane[l]][c] = back[c][lane[l]] = sorted[c][l];
@@ -286,13 +295,13 @@ PERP__KERNEL static int32_t eliminate(perp__joint_factor *f, int32_t k, double l
         const int32_t others = f->rows[f->order[f->row[t]]];
         perp__joint_tile half, L;
 
-        memset(half, 0, sizeof half);
-        memset(L, 0, sizeof L);
+        copy_tile(half, none);
+        copy_tile(L, none);
         for (int32_t c = 0; c < rows; c++)
             perp__add_product(half[c], others, 1.0, f->tile[t], turned[c], rows);
         for (int32_t c = 0; c < rows; c++)
             perp__add_product(L[c], others, 1.0, half, inverse[c], rows);
-        memset(f->back[t], 0, sizeof *f->back);
+        copy_tile(f->back[t], none);
         for (int32_t c = 0; c < rows; c++)
             for (int32_t l = 0; l < others; l++)
                 f->back[t][l][c] = L[c][l];
@@ -304,7 +313,7 @@ PERP__KERNEL static int32_t eliminate(perp__joint_factor *f, int32_t k, double l
                 perp__add_product(to[d], f->rows[f->order[f->row[s]]], -1.0, f->tile[s],
                                   f->back[t][d], rows);
         }
-        memcpy(f->tile[t], L, sizeof L);
+        copy_tile(f->tile[t], L);
     }
     return 1;
 }

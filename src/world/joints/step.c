@@ -165,7 +165,7 @@ perp_status perp__find_spare_rows(perp_world *world, const perp__island *island)
 
         for (int32_t k = 0; k < unit->dim; k++)
             world->joints[unit->joint].spare[unit->slot + k] =
-                (int8_t)perp__joint_block_repeats(block, n++);
+                block->factored && block->factor.repeats[block->lane[n++]];
     }
     return status;
 }
