@@ -297,7 +297,7 @@ perp_status perp__solve_impacts(perp_mechanism *m, const perp__velocity_problem 
         else
             m->impact_shift[j] = m->settings.law == PERP_MECHANISM_MOREAU
                                      ? perp__moreau_shift(e, before)
-                                     : perp__newton_shift(e, before);
+                                     : -e * fmax(-before, 0.0);
     }
     stage.shift = m->impact_shift;
     status = solve_second(m, &stage);

@@ -10,9 +10,7 @@
  *                         world goes to the first impact, through it, and on from there
  *   projection            mechanism repeats a step of Newton's method on dense callbacks, with
  *                         bilateral rows; world makes one pass over the islands that overlap,
- *                         and turns bodies on the way
- *
- * One loop for both would be called back by each of them for every line. */
+ *                         and turns bodies on the way */
 #ifndef PERP_STEP_IMPACT_H
 #define PERP_STEP_IMPACT_H
 
@@ -26,16 +24,10 @@ static inline int32_t perp__is_hit(double restitution, double before, double for
     return restitution > 0.0 && before < -fabs(forced);
 }
 
-/* s of the law 0 <= r_n perp u_n+ + s >= 0 of an impact: Moreau's, u_n+ = -e u_n- wherever an
- * impulse acts; and Newton's, which has nothing of what leaves already. */
+/* s of Moreau's law 0 <= r_n perp u_n+ + s >= 0 of an impact. */
 static inline double perp__moreau_shift(double restitution, double before)
 {
     return restitution * before;
-}
-
-static inline double perp__newton_shift(double restitution, double before)
-{
-    return -restitution * fmax(-before, 0.0);
 }
 
 #endif

@@ -67,6 +67,15 @@ static double deepest(perp_world *world)
             if (perp__is_dynamic(world, pair->body[side]))
                 perp__raise_to(&world->motions[pair->body[side]].overlap, pair->overlap);
     }
+    for (int32_t i = 0; i < world->island_count; i++) { /* what is pushed pushes on */
+        const perp__island *island = &world->islands[i];
+        double way = perp__is_few(world, island, PERP__FEW_CONTACTS) ? 0.0 : INFINITY;
+
+        for (int32_t k = 0; k < island->bodies && way < INFINITY; k++)
+            perp__raise_to(&way, perp__island_motion(world, island, k)->overlap);
+        for (int32_t k = 0; k < island->bodies && way < INFINITY; k++)
+            perp__island_motion(world, island, k)->overlap = way;
+    }
     return most + lack;
 }
 
@@ -129,10 +138,11 @@ static void apply(perp_world *world, const perp__island *island)
     }
 }
 
-/* Shifts are shorter where a point would go farther than `most`, or for more energy than the step
- * left, rounding aside, and what turned into the overlap has: what is left of that is taken out as
- * more is lost, and what rests stays. Gaps are linear in the shifts: all open by the same share. */
-static void shorten(const perp_world *world, const perp__island *island, double most)
+/* Shifts are shorter where a point would go farther than `most`, or leave its tangent by more than
+ * half of what opens; or for more energy than the step left, rounding aside, and what turned into
+ * the overlap has; the rest comes out as more is lost. Linear gaps open by the same share. */
+static void shorten(const perp_world *world, const perp__island *island, double opening,
+                    double most)
 {
     double left = 0.0, needed = 0.0, rounding = 0.0, frame[3];
     double share = fmin(1.0, most / longest_displacement(world, island));
@@ -140,15 +150,17 @@ static void shorten(const perp_world *world, const perp__island *island, double 
     (void)perp__find_frame(world, island, frame);
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
+        const double *shift = world->motions[body].shift, turned = perp__dot3(shift + 3, shift + 3);
 
+        share = fmin(share, opening / (turned * world->bodies[body].radius));
         left += world->motions[body].unspent;
         if (world->roles[body].far)
             left += perp__kinetic_of(world, body, &world->next[body], frame);
         (void)perp__energy_lost(world, body, frame, &rounding);
-        needed += share * perp__work_needed(world, body, world->motions[body].shift);
+        needed += perp__work_needed(world, body, shift);
     }
-    if (needed > left + rounding && !perp__has_put(world, island))
-        share *= left / needed;
+    if (share * needed > left + rounding && !perp__has_put(world, island))
+        share = left / needed;
     for (int32_t i = 0; i < island->bodies; i++)
         for (int32_t k = 0; k < 6; k++)
             perp__island_motion(world, island, i)->shift[k] *= share;
@@ -213,8 +225,7 @@ static perp_status solve_shifts(perp_world *world, const perp__island *island, i
     if (status != PERP_OK)
         return status;
     perp__spend(world, answer.iterations);
-    *found = perp__is_good(answer.outcome) || answer.outcome == PERP_OUTCOME_TIME_LIMIT ||
-             answer.outcome == PERP_OUTCOME_ITERATION_LIMIT;
+    *found = answer.outcome != PERP_OUTCOME_RAY && answer.outcome <= PERP_OUTCOME_STALLED;
     for (int32_t i = 0; i < island->bodies; i++)
         perp__twist_of(world, world->work.v + world->dof * i,
                        perp__island_motion(world, island, i)->shift);
@@ -239,7 +250,7 @@ static perp_status project_island(perp_world *world, const perp__island *island,
         return status;
     if (found && (carrying.body < 0 || longest_displacement(world, island) <=
                                            (LONGEST_WAY + island->bodies) * longest)) {
-        shorten(world, island, most);
+        shorten(world, island, longest, most);
         apply(world, island);
     }
     return perp__close_joints(world, island, gained);

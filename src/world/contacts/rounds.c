@@ -321,13 +321,12 @@ static perp_status join_collisions(perp_world *world, double h)
         perp__enclose(world, world->body_order, perp__count_members(world), h, 0.0);
     int32_t *const met = world->met_pairs;
     perp__share all = {0};
-    int32_t lanes;
 
     if (status != PERP_OK || world->pair_count == 0)
         return status;
 
     /* 1. those that meet */
-    lanes = perp__share_out(world, world->pair_count, collision_share, h, &all);
+    const int32_t lanes = perp__share_out(world, world->pair_count, collision_share, h, &all);
     for (int32_t k = 0; k < lanes; k++) {
         const perp__share *share = &world->lanes[k].share;
 
@@ -335,13 +334,12 @@ static perp_status join_collisions(perp_world *world, double h)
         all.count += share->count;
     }
 
-    /* 2. they join */
+    /* 2. they join; the next round looks at them again, whether the motion changes or not */
     for (int32_t i = 0; i < all.count && status == PERP_OK; i++) {
         perp__pair *pair = &world->pairs[met[i]];
 
         status = join_pair(world, pair, h);
-        if (pair->plane) /* again in the next round, whether the motion changes or not */
-            world->moved[pair->body[0]] = world->rounds + 1;
+        world->moved[pair->body[!perp__is_dynamic(world, pair->body[0])]] = world->rounds + 1;
     }
     return status;
 }

@@ -9,8 +9,8 @@
  *
  * and the rest of the step begins there, in which all are hit alike. What presses without impact
  * has velocity -gap / t at the end of its interval, so that it ends touching; where all of it lasts
- * (its normal velocities are 0 at both ends) positions move with the mean of both velocities, which
- * is second order, else with the one at the end.
+ * (its normal velocities are 0 at both ends), and between impacts, positions move with the mean of
+ * both velocities, which is second order, else with the one at the end.
  *
  * An approach |u_n| <= h |a_n| / (2 n), with at most n impacts a step, is resting contact: bounces
  * end at rest (docs/world.md). */
@@ -167,7 +167,7 @@ static double normal_after(const perp_world *world, const perp__island *island, 
 }
 
 /* The first time at which a marked contact is closed; the way there is from now to `v` at `left`,
- * or v all along; but what has just been hit and leaves comes back in its time. */
+ * or v all along: then what leaves and comes back does so at once. */
 static double first_impact(const perp_world *world, const perp__island *island, double left,
                            int32_t mean, int32_t *which)
 {
@@ -176,8 +176,7 @@ static double first_impact(const perp_world *world, const perp__island *island, 
 
     for (int32_t i = 0; i < work->count; i++) {
         const int32_t k = work->chosen[i];
-        const double end = normal_after(world, island, i), start = work->came[i];
-        const double u = mean || (work->gap[k] == 0.0 && start > 0.0) ? start : end;
+        const double end = normal_after(world, island, i), u = mean ? work->came[i] : end;
         const double t = work->hit[k] ? time_to(work->gap[k], u, (end - u) / left) : INFINITY;
 
         if (t < first) {
@@ -403,7 +402,7 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
             if (status != PERP_OK || has_no_answer(verdict))
                 return status;
         } while (island->joints == 0 && find_hits(world, island, h, verdict->impacts, slow) > 0);
-        mean = lasts(world, island, 0.0);
+        mean = verdict->impacts > 0 || lasts(world, island, 0.0);
         for (i = 0; i < work->count; i++)
             perp__tell_contact(world, island, i,
                                perp__step_response(world, island, work->chosen[i])->next);
