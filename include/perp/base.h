@@ -9,9 +9,9 @@
  *   and perp_context_message() names the argument and the index at fault.
  * - What the mathematics said (solved, no solution, limit reached) is not an error: it is an
  *   'outcome', found in the result struct of a call that returned PERP_OK.
- * - Every struct that crosses this boundary starts with `struct_size`. Before any field is set it
- * is initialised by its perp_..._init(&x, sizeof x), or by perp_struct_init(&x, sizeof x) where it
- *   has none. Structs grow at the tail only.
+ * - Every struct that crosses this boundary starts with `struct_size`, and is initialised before
+ *   any field is set: by its perp_..._init(&x, sizeof x), or where it has none by
+ *   perp_struct_init(&x, sizeof x). Structs grow at the tail only.
  * - Handles (context, solver, world) are owned by the caller and released by their _destroy
  *   function, which accepts NULL. Arrays belong to the caller throughout.
  * - A context and everything created from it belong to one thread at a time; different contexts
@@ -126,7 +126,7 @@ typedef struct perp_context_settings {
  * sets struct_size. Other structs have an _init of their own, which sets every field to its default
  * and refuses sizes below the struct's first release.
  *
- * Returns: PERP_OK, or PERP_ERROR_ABI if `object` is NULL or no struct has this size.
+ * Returns: PERP_OK, or PERP_ERROR_ABI if `object` is NULL or no struct is so small or large.
  * In:      size: sizeof *object as the caller compiled it. */
 PERP_API perp_status perp_struct_init(void *object, size_t size);
 

@@ -87,8 +87,7 @@ typedef struct perp_joint_state {
     double lower, upper, motor_speed, motor_force, friction; /* in force from the next step on */
 } perp_joint_state;
 
-/* Sets every field to its default. Returns PERP_OK, or PERP_ERROR_ABI for NULL or an unknown size.
- */
+/* Sets every field to its default. Returns PERP_OK; PERP_ERROR_ABI for NULL or an unknown size. */
 PERP_API perp_status perp_joint_settings_init(perp_joint_settings *settings, size_t size);
 
 /* Adds a joint between two different bodies, at least one of them dynamic.

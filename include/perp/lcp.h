@@ -109,8 +109,7 @@ typedef struct perp_lcp_result {
     int32_t has_ray;         /* 1 if a verified ray was found (and written, if asked for) */
 } perp_lcp_result;
 
-/* Sets every field to its default. Returns PERP_OK, or PERP_ERROR_ABI for NULL or an unknown size.
- */
+/* Sets every field to its default. Returns PERP_OK; PERP_ERROR_ABI for NULL or an unknown size. */
 PERP_API perp_status perp_lcp_settings_init(perp_lcp_settings *settings, size_t size);
 
 /* Returns "auto", "lemke", "pgs", "fischer", "polish", "active_set", "patterns", "mprgp"; "unknown
@@ -382,8 +381,7 @@ typedef struct perp_lcp_enumeration {
  *          _MEMORY or _CALLBACK. After a negative status `result` is untouched; visits may have
  *          been made.
  * Out:     result: initialised by perp_struct_init.
- * In:      settings: tol, scaling, time_limit, max_iterations (nodes), monitor; NULL for the
- *              defaults.
+ * In:      settings: tol, scaling, time_limit, max_iterations (nodes), monitor; NULL: the defaults.
  *          M, q, lower, upper: as for perp_lcp_solve.
  *          visit: called for each solution; NULL: only counts are wanted.
  * Cost:    up to 2^n index sets, 3^n with finite bounds on both sides; about 0.3 us a node at

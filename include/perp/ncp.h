@@ -103,8 +103,7 @@ typedef struct perp_ncp_result {
                         method can't leave it, and only another start can help */
 } perp_ncp_result;
 
-/* Sets every field to its default. Returns PERP_OK, or PERP_ERROR_ABI for NULL or an unknown size.
- */
+/* Sets every field to its default. Returns PERP_OK; PERP_ERROR_ABI for NULL or an unknown size. */
 PERP_API perp_status perp_ncp_settings_init(perp_ncp_settings *settings, size_t size);
 
 /* Returns "auto", "fischer", "josephy"; "unknown method" otherwise. Static. */

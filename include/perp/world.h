@@ -290,7 +290,7 @@ PERP_API perp_status perp_world_body_slot(const perp_world *world, int32_t *slot
  * >= 0, half of the segment along the shape's x axis all points of a capsule are within `radius`
  * of. points: count times 3 numbers (planar: the third is 0), of which the shape is the convex
  * hull; they may repeat and lie inside or on faces, and those less than 1.2e-7 of the size beyond a
- * face count as on it (where noise would tear the surface, a few times as much). A hull that
+ * face count as on it (where noise would tear the surface, as much as it takes). A hull that
  * encloses nothing, or has too many corners, is refused. The points are copied, and are measured
  * from the shape's centre, which need not be that of the hull.
  * normal: 3 numbers, not zero, normalised; a half-space, allowed on static and kinematic bodies

@@ -115,9 +115,8 @@ static int32_t is_late(perp__sparse_block *b, double entries)
 /* Whether that may be so for the ordering, which comes but once and cannot be ended. */
 static int32_t orders_late(const perp__sparse_block *b)
 {
-    const double entries = ORDERING * (double)b->M->column_starts[b->M->columns];
-
-    return !b->ordered && b->deadline > 0.0 && perp__now() + b->pace * entries > b->deadline;
+    return !b->ordered && b->deadline > 0.0 &&
+           perp__now() + b->pace * ORDERING * b->M->column_starts[b->M->columns] > b->deadline;
 }
 
 int32_t perp__block_is_late(perp__sparse_block *block, double products)

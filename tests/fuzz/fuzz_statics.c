@@ -94,7 +94,7 @@ static void make(fuzz_bytes *bytes, statics_problem *p)
     make_scale(p);
     if (perp_struct_init(&p->given, sizeof p->given) != PERP_OK ||
         perp_struct_init(&p->settings, sizeof p->settings) != PERP_OK)
-        fuzz_fail("perp_statics_..._init take their own size");
+        fuzz_fail("perp_struct_init takes their own size");
     p->given.n = p->n;
     p->given.laws = &p->laws.laws;
     p->given.H = &p->H.view;

@@ -386,6 +386,40 @@ static void test_steps_far_outside(void **state)
     assert_true(solved >= 295);
 }
 
+/* z = 1, defined up to 0 only, where it starts. No step leads on: none is taken, and each of those
+ * that end outside is halved down to a rounding, 52 times or a few more for its length, where the
+ * least double is 1074 halvings from 1. */
+static int32_t cut_off(double *F, const double *z, void *user)
+{
+    (void)user;
+    F[0] = z[0] - 1;
+    return z[0] > 0;
+}
+
+static void test_start_at_the_edge(void **state)
+{
+    const double z0[] = {0}, lower[] = {-INFINITY};
+
+    (void)state;
+    for (int32_t method = PERP_NCP_FISCHER; method <= PERP_NCP_JOSEPHY; method++) {
+        perp_ncp_problem problem = fresh_ncp_problem();
+        perp_ncp_settings settings = fresh_ncp_settings();
+        perp_ncp_result result = fresh_ncp_result();
+        double z[1];
+
+        problem.n = 1;
+        problem.lower = lower;
+        problem.function = cut_off;
+        settings.method = method;
+        assert_int_equal(perp_ncp_solve(context, z, NULL, &result, &settings, &problem, z0),
+                         PERP_OK);
+        assert_int_equal(result.outcome, PERP_OUTCOME_STALLED);
+        assert_true(z[0] == 0 && result.iterations == 0);
+        if (method == PERP_NCP_JOSEPHY) /* one search */
+            assert_true(result.function_evaluations < 200);
+    }
+}
+
 static void test_busy(void **state)
 {
     const double z0[] = {1, 0};
@@ -414,6 +448,7 @@ int main(void)
         cmocka_unit_test(test_scales_that_run_away),
         cmocka_unit_test(test_sizes_of_the_start),
         cmocka_unit_test(test_steps_far_outside),
+        cmocka_unit_test(test_start_at_the_edge),
         cmocka_unit_test(test_busy),
     };
 

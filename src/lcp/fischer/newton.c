@@ -1,5 +1,6 @@
 #include "lcp/fischer/newton.h"
 
+#include <float.h>
 #include <math.h>
 
 #define PATIENCE 30 /* iterations without progress */
@@ -144,23 +145,24 @@ double perp__newton_reference(const perp__newton *f)
 perp_status perp__newton_search(perp__newton *f, double reference, double slope,
                                 const double *gradient, int32_t halvings)
 {
-    int32_t is_inside = halvings == 0, moves = 1;
+    int32_t is_inside = halvings == 0;
     double t = 1.0;
 
-    for (int32_t k = 0; k <= halvings && moves; k += is_inside, t *= 0.5) {
+    for (int32_t k = 0; k <= halvings; k += is_inside, t *= 0.5) {
+        int32_t moves = is_inside;
         double promised = t * slope;
         perp_status status;
 
-        moves = is_inside;
         for (int32_t i = 0; i < f->n; i++) {
             const double z = f->z[i] + t * f->d[i];
 
             f->trial_z[i] = f->projects ? perp__clamp(z, f->lower[i], f->upper[i]) : z;
             promised += gradient ? gradient[i] * (f->trial_z[i] - f->z[i]) : 0.0;
-            moves |= f->trial_z[i] != f->z[i] && fabs(f->d[i]) < INFINITY;
+            moves |= fabs(f->d[i]) < INFINITY && f->trial_z[i] != f->z[i] &&
+                     (f->z[i] != 0.0 || fabs(f->trial_z[i]) > DBL_EPSILON); /* of its unit */
         }
-        status = f->problem->evaluate(f, f->trial_z, f->trial_w);
-        if (status < 0)
+        status = moves ? f->problem->evaluate(f, f->trial_z, f->trial_w) : PERP_OK;
+        if (status < 0 || !moves)
             return status;
         is_inside |= status == PERP_OK;
         if (status > 0 || (gradient && !(promised < 0.0)))

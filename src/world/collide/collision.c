@@ -320,17 +320,17 @@ int32_t perp__find_collision(const perp__moving *a, const perp__moving *b, int32
         const double last = t, before = lacks;
         const int32_t axis = on.last;
 
-        /* 1. the time of the next look: no later than the shapes meet, or all turn by STRIDE */
-        const double end = angle > 0.0 ? fmin(1.0, t + STRIDE / angle) : 1.0;
+        /* 1. the next look: before they meet, or turn by STRIDE; the looks must last to the end */
+        const double share = fmax(STRIDE / angle, (1.0 - t) / (PERP__MAX_LOOKS - look));
+        const double end = angle > 0.0 ? fmin(1.0, t + share) : 1.0;
         const double most = fmin(lacks, on.axes.axis[on.last].width); /* not through the other */
         double entry = t + due;
         if (free >= end - t)
             entry = INFINITY;
         else if (!(entry <= end && bend * due * due <= most))
             entry = fmax(entry_of(&on, on.gate, t, end), t + free);
-        ends = entry == INFINITY && end >= 1.0;
-        if (ends)
-            continue;
+        if (entry == INFINITY && end >= 1.0)
+            break;
         const int still = entry != INFINITY && entry - t <= still_share * (end - t);
         t = entry == INFINITY ? end : entry;
 

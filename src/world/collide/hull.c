@@ -121,7 +121,7 @@ static perp_status start(work *w, int32_t *simplex)
     if (most > w->flat * w->flat)
         return PERP_OK;
     return perp__refuse(w->context,
-                        "points enclose nothing: all lie on the line through points [%d] and [%d]",
+                        "points enclose nothing: all are near the line of points [%d] and [%d]",
                         (int)simplex[0], (int)simplex[1]);
 }
 
@@ -169,8 +169,8 @@ static perp_status first_triangles(work *w)
             }
         if (!(fabs(most) > w->flat))
             return perp__refuse(w->context,
-                                "points enclose nothing: all lie on the plane through points [%d], "
-                                "[%d] and [%d]",
+                                "points enclose nothing: all are near the plane of points "
+                                "[%d], [%d] and [%d]",
                                 (int)s[0], (int)s[1], (int)s[2]);
         side = -most;
     }

@@ -163,9 +163,9 @@ perp_status perp__find_spare_rows(perp_world *world, const perp__island *island)
     for (int32_t i = 0; i < work->units && status == PERP_OK; i++) {
         const perp__joint_unit *unit = &work->joint_units[i];
 
-        for (int32_t k = 0; k < unit->dim; k++)
+        for (int32_t k = 0; k < unit->dim; k++, n++)
             world->joints[unit->joint].spare[unit->slot + k] =
-                block->factored && block->factor.repeats[block->lane[n++]];
+                block->factored && block->factor.repeats[block->lane[n]];
     }
     return status;
 }
