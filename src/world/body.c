@@ -97,7 +97,6 @@ static int32_t take_slot(perp_world *world, const perp__body *body, const perp__
     world->clusters[slot] = slot;
     world->states[slot] = *state;
     perp__note_put(world, slot);
-    perp__rouse(world, slot);
     world->edition++;
     world->stats.bodies++;
     return slot;

@@ -36,6 +36,7 @@ void perp__place_body(perp_world *world, const perp__state *states, int32_t body
 {
     double *R = world->motions[body].rotation;
 
+    world->motions[body].placed = world->coasting + (states == world->next);
     if (turned)
         perp__rotation_of(world, &states[body], R);
     for (int32_t i = world->bodies[body].first_shape; i >= 0; i = world->shapes[i].next_of_body)
@@ -135,11 +136,8 @@ void perp__push_freely(const perp_world *world, int32_t i, double h, double *fre
 
 void perp__keep_placed(perp_world *world, int32_t body)
 {
-    perp__motion *motion = &world->motions[body];
-
-    if (motion->placed != world->coasting)
+    if (world->motions[body].placed != world->coasting)
         perp__place_body(world, world->states, body, 1);
-    motion->placed = world->coasting;
 }
 
 int32_t perp__start_motion(perp_world *world, int32_t body, double h)

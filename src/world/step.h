@@ -80,11 +80,12 @@ double perp__energy_lost(const perp_world *world, int32_t body, const double *fr
 double perp__work_needed(const perp_world *world, int32_t body, const double *shift);
 
 /* projection.c */
-/* A caller put the body where it is, or changed what it touches. */
+/* A caller put the body where it is, or changed what it touches: until a step of it awake. */
 static inline void perp__note_put(perp_world *world, int32_t body)
 {
     world->states[body].put |= PERP__PUT;
     world->some_put = 1;
+    perp__rouse(world, body);
 }
 /* When the step's contacts are known: which bodies callers put deep into others, and are not apart
  * from them yet. */

@@ -320,7 +320,8 @@ static perp_status prepare(perp_contact_solver *s, const perp__rigid_problem *pr
     const int32_t keeps = problem->again && s->entrance == PERP__ENTRANCE_RIGID;
     const perp_status status = keeps ? PERP_OK : set_up(s, problem);
 
-    read_bounds(s, problem);
+    if (keeps)
+        read_bounds(s, problem);
     s->rigid = problem;
     s->bodies.C = problem->factors;
     s->bodies.v_free = problem->free;

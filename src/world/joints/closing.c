@@ -126,6 +126,7 @@ perp_status perp__close_island(perp_world *world, const perp__island *island, do
             world->work.before[i] = world->next[world->work.members[i]];
         world->coloured.joints.keeps = keeps;
         status = perp__solve_equations(world, island, held > 0 ? SWEEPS : 1, NULL);
+        world->coloured.joints.keeps = 0; /* where memory ran out, too */
         if (status == PERP_ERROR_MEMORY)
             return status;
         go_there(world, island, 1.0);

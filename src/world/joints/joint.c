@@ -244,7 +244,6 @@ static void rouse_both(perp_world *world, const perp__joint *joint)
 /* Pairs of shapes come and go with what may touch. */
 static void change_composition(perp_world *world, const perp__joint *joint)
 {
-    rouse_both(world, joint);
     for (int32_t side = 0; side < 2; side++)
         perp__note_put(world, joint->body[side]);
     world->planes_changed = 1;
