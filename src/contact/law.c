@@ -11,10 +11,6 @@
 #include "base/outcome.h"
 #include "linalg/spatial.h"
 
-/* A sum of squares between this and its inverse has lost nothing to the range of doubles; nor has
- * the quotient of two such. */
-#define SMALL sqrt(DBL_MIN)
-
 int32_t perp__contact_parts(const perp__contact_problem *problem, int32_t k,
                             perp__contact_part parts[3])
 {
@@ -326,20 +322,6 @@ double perp__contact_tested(const perp__contact_problem *problem, const double *
     return most;
 }
 
-double perp__contact_length(const double *x, int32_t begin, int32_t end)
-{
-    double sum = 0.0, length = 0.0;
-
-    for (int32_t i = begin; i < end; i++)
-        sum += x[i] * x[i];
-    if (sum >= SMALL && sum <= 1.0 / SMALL)
-        return sqrt(sum);
-    for (int32_t i = begin; i < end; i++)
-        if (x[i] != 0.0)
-            length = hypot(length, x[i]);
-    return length;
-}
-
 void perp__contact_omegas(const perp__contact_problem *problem, const int32_t *part, int32_t parts,
                           double *drive, double *omega)
 {
@@ -356,7 +338,8 @@ void perp__contact_omegas(const perp__contact_problem *problem, const int32_t *p
         for (int32_t i = begin; i < end; i++)
             sum += problem->q[i] * problem->q[i];
         /* with one rounding less where that leaves no square out of range */
-        if (sum >= SMALL && sum <= 1.0 / SMALL && trace >= SMALL && trace <= 1.0 / SMALL)
+        if (sum >= PERP__SMALL && sum <= 1.0 / PERP__SMALL && trace >= PERP__SMALL &&
+            trace <= 1.0 / PERP__SMALL)
             share = sqrt(sum / trace);
         perp__raise_to(&drive[part ? part[k] : 0], share);
     }

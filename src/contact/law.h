@@ -3,7 +3,11 @@
 #ifndef PERP_CONTACT_LAW_H
 #define PERP_CONTACT_LAW_H
 
+#include <float.h>
+#include <math.h>
+
 #include "contact/method.h"
+#include "linalg/matrix.h"
 
 /* Sliding, rolling or spinning friction: `size` rows from `row` on, r_part in a disc (2 rows) or an
  * interval (1) of radius coefficient * r_n. */
@@ -76,8 +80,20 @@ double perp__contact_natural(const perp__contact_problem *problem, int32_t k, co
 /* The tested residual of impulses r within their cones, with the velocities u. */
 double perp__contact_tested(const perp__contact_problem *problem, const double *r, const double *u);
 
+/* A sum of squares between this and its inverse has lost nothing to the range of doubles; nor has
+ * the quotient of two such. */
+#define PERP__SMALL sqrt(DBL_MIN)
+
 /* |x| of the entries begin .. end-1. */
-double perp__contact_length(const double *x, int32_t begin, int32_t end);
+static inline double perp__contact_length(const double *x, int32_t begin, int32_t end)
+{
+    double sum = 0.0;
+
+    for (int32_t i = begin; i < end; i++)
+        sum += x[i] * x[i];
+    return sum >= PERP__SMALL && sum <= 1.0 / PERP__SMALL ? sqrt(sum)
+                                                          : perp__length(x + begin, end - begin);
+}
 
 /* What the friction of contact k grows with: r_n, or |r_N|. */
 static inline double perp__contact_pressure(const perp__contact_problem *problem, int32_t k,

@@ -126,8 +126,8 @@ PERP__KERNEL static void solve(perp__active_rows *active, int32_t n)
 
         /* 1. The row to take next: none with a norm that is no number, or too large for one. */
         for (int32_t i = 0; i < active->count; i++)
-            if (active->norms[i] <= DBL_MAX)
-                largest = fmax(largest, active->norms[i]);
+            if (active->norms[i] > largest && active->norms[i] <= DBL_MAX)
+                largest = active->norms[i];
         if (!(largest > PERP__RANK_TOLERANCE))
             break;
         while (
@@ -162,26 +162,21 @@ void perp__active_rows_solve(perp__active_rows *active)
         solve(active, active->n);
 }
 
-/* Twice: the second pass removes what rounding of the first one left. */
-PERP__KERNEL static void project_out(const double *basis, int32_t rank, int32_t n, double *y)
+/* y -= q q'y */
+PERP__KERNEL static void project_from(const double *q, int32_t n, double *y)
 {
-    for (int32_t pass = 0; pass < 2; pass++)
-        for (int32_t k = 0; k < rank; k++) {
-            const double *q = basis + (size_t)k * (size_t)n;
-            const span s = span_of(q, n);
-            const double share = perp__dot(q + s.first, y + s.first, s.count);
+    const span s = span_of(q, n);
+    const double share = perp__dot(q + s.first, y + s.first, s.count);
 
-            if (share != 0.0)
-                add(y + s.first, -share, q + s.first, s.count);
-        }
+    if (share != 0.0)
+        add(y + s.first, -share, q + s.first, s.count);
 }
 
+/* Twice: the second pass removes what rounding of the first one left. */
 void perp__project_out(const double *basis, int32_t rank, int32_t n, double *y)
 {
-    if (n == BODY)
-        project_out(basis, rank, BODY, y);
-    else
-        project_out(basis, rank, n, y);
+    for (int32_t k = 0; k < 2 * rank; k++)
+        project_from(basis + (size_t)(k % rank) * (size_t)n, n, y);
 }
 
 /* ---- what the rows leave free ---- */
@@ -197,12 +192,12 @@ void perp__active_rows_free(perp__active_rows *active, double *y)
             perp__dot(active->basis + (size_t)k * (size_t)active->n, active->particular, active->n);
 }
 
-int32_t perp__active_rows_fix(perp__active_rows *active, int32_t first, int32_t count)
+PERP__KERNEL static int32_t fix(perp__active_rows *active, int32_t first, int32_t count, int32_t n)
 {
     double *unit = active->unit, share = 0.0;
 
     for (int32_t k = 0; k < active->rank; k++) {
-        const double *q = active->basis + (size_t)k * (size_t)active->n;
+        const double *q = active->basis + (size_t)k * (size_t)n;
         const double along = perp__dot(q + first, unit + first, count);
 
         if (along != 0.0 && active->components[k] != 0.0)
@@ -211,6 +206,13 @@ int32_t perp__active_rows_fix(perp__active_rows *active, int32_t first, int32_t 
     }
     if (!(share > 0.5)) /* far off, as most are: not worth the exact test */
         return 0;
-    perp__project_out(active->basis, active->rank, active->n, unit);
-    return sqrt(perp__dot(unit, unit, active->n)) <= PERP__SPAN;
+    for (int32_t k = 0; k < active->rank; k++) /* once: what rounding leaves is far below */
+        project_from(active->basis + (size_t)k * (size_t)n, n, unit);
+    return sqrt(perp__dot(unit, unit, n)) <= PERP__SPAN;
+}
+
+int32_t perp__active_rows_fix(perp__active_rows *active, int32_t first, int32_t count)
+{
+    return active->n == BODY && count == BODY ? fix(active, 0, BODY, BODY)
+                                              : fix(active, first, count, active->n);
 }

@@ -271,13 +271,11 @@ typedef struct perp__contact_set {
 } perp__contact_set;
 
 typedef struct perp__island {
-    int32_t first_body; /* in body_order */
-    int32_t bodies;
-    int32_t first_contact; /* in contact_order */
-    int32_t contacts;
-    int32_t first_joint; /* in joint_order */
-    int32_t joints;
-    int64_t spent; /* iterations of its last solve: lanes.c */
+    int32_t first_body, bodies;      /* in body_order */
+    int32_t first_contact, contacts; /* in contact_order */
+    int32_t first_joint, joints;     /* in joint_order */
+    int32_t ties, tied; /* how often the body that is not dynamic changes in them, and the last */
+    int64_t spent;      /* iterations of its last solve: lanes.c */
 } perp__island;
 
 /* Workspace of one island, large enough for the largest. Numbers: coordinates by body. */

@@ -12,7 +12,7 @@
 #include "contact/contact.h"
 #include "contact/law.h"
 #include "linalg/active_rows.h"
-#include "linalg/lanes/multiversion.h"
+#include "linalg/lanes/lanes.h"
 
 /* Squares of numbers between this and its inverse lose nothing to the range of doubles, nor do
  * those squares' products with a third. */
@@ -32,9 +32,7 @@ typedef struct single {
     double r[ROWS], u[ROWS];
     double scale[ROWS], error[ROWS]; /* |P| |P'| |r| + |q|; at least what rounding made of u */
     double square[ROWS];             /* of P's rows */
-    double after[ROWS];              /* u of v */
     double y[WIDTH], v[WIDTH];       /* P'r; what is left of the velocity */
-    double change;                   /* of it by what holds, beside its terms */
 } single;
 
 /* Row a of contact k, as the caller has it. */
@@ -46,13 +44,10 @@ static const double *row_of(const single *s, int32_t k, int32_t a)
 }
 
 /* Contacts, J, bias (in q) and impulses as the caller has them. */
-static void gather(single *s)
+PERP__KERNEL static void gather(single *s, int32_t n)
 {
     const perp__rigid_problem *p = s->problem;
 
-    memset(s->J, 0, sizeof s->J);
-    memset(s->q, 0, sizeof s->q);
-    memset(s->r, 0, sizeof s->r);
     s->starts[0] = 0;
     for (int32_t k = 0; k < p->contacts; k++) {
         const int32_t first = s->starts[k], dim = p->rows[k].dim;
@@ -65,91 +60,96 @@ static void gather(single *s)
 
             s->q[first + a] = p->rows[k].bias[a];
             s->r[first + a] = p->warm[AXES * k + a];
-            for (int32_t l = 0; l < p->width; l++)
+            for (int32_t l = 0; l < n; l++)
                 s->J[l][first + a] = row[l];
         }
     }
-}
-
-/* P, A and q, J times C and the free velocity; |P|^2. */
-PERP__KERNEL static void read_rows(single *s, int32_t rows)
-{
-    const int32_t n = s->problem->width;
-
-    for (int32_t i = 0; i < rows; i++) {
-        s->terms[i] = fabs(s->q[i]);
-        s->square[i] = 0.0;
-    }
-    for (int32_t j = 0; j < n; j++) {
-        for (int32_t i = 0; i < rows; i++)
-            s->P[j][i] = s->A[j][i] = 0.0;
-        for (int32_t l = 0; l < n; l++) {
-            const double c = s->problem->factors[l * n + j];
-
-            for (int32_t i = 0; i < rows && c != 0.0; i++) {
-                s->P[j][i] += c * s->J[l][i];
-                s->A[j][i] += fabs(c * s->J[l][i]);
-            }
-        }
-        for (int32_t i = 0; i < rows; i++) {
-            s->square[i] += s->P[j][i] * s->P[j][i];
-            s->q[i] += s->J[j][i] * s->problem->free[j];
-            s->terms[i] += fabs(s->J[j][i] * s->problem->free[j]);
-        }
+    for (int32_t i = s->starts[p->contacts]; i < ROWS; i++) { /* no rows */
+        s->q[i] = s->r[i] = 0.0;
+        for (int32_t l = 0; l < n; l++)
+            s->J[l][i] = 0.0;
     }
 }
 
-/* u = P P'r + q, its terms, and its errors: products and sums of at most rows + 3 n + 4 terms. */
-PERP__KERNEL static void find_velocities(single *s, int32_t rows)
+/* P, A and q, J times C and the free velocity; |P|^2. Then u = P P'r + q, its terms, and its
+ * errors: products and sums of at most rows + 3 n + 4 terms. */
+PERP__KERNEL static void find_all(single *s, int32_t rows, int32_t n)
 {
-    const int32_t n = s->problem->width;
+    const double *C = s->problem->factors, *free = s->problem->free;
     const double unit = (AXES * s->problem->contacts + 3 * n + 4) * DBL_EPSILON;
+    double size[WIDTH], bound[WIDTH];
 
-    for (int32_t i = 0; i < rows; i++)
-        s->u[i] = s->scale[i] = s->error[i] = 0.0;
+    for (int32_t i = 0; i < rows; i += LANES) {
+        PERP__LANES_AT(s->terms + i) = PERP__ABSOLUTE_LANES(PERP__LANES_AT(s->q + i));
+        PERP__LANES_AT(s->square + i) = PERP__SAME_LANES(0.0);
+    }
     for (int32_t j = 0; j < n; j++) {
-        double y[LANES] = {0.0}, terms[LANES] = {0.0}, most[LANES] = {0.0}, size, bound;
+        perp__lanes P[ROWS / LANES] = {{0.0}}, A[ROWS / LANES] = {{0.0}}, term;
 
-        for (int32_t i = 0; i < rows; i += LANES)
-            for (int32_t l = 0; l < LANES; l++) {
-                y[l] += s->r[i + l] * s->P[j][i + l];
-                terms[l] += fabs(s->r[i + l] * s->P[j][i + l]);
-                most[l] += fabs(s->r[i + l]) * s->A[j][i + l];
+        for (int32_t l = 0; l < n; l++) {
+            const double c = C[l * n + j];
+
+            for (int32_t i = 0; i < rows && c != 0.0; i += LANES) {
+                term = PERP__SAME_LANES(c) * PERP__LANES_AT(s->J[l] + i);
+                P[i / LANES] += term;
+                A[i / LANES] += PERP__ABSOLUTE_LANES(term);
             }
-        s->y[j] = (y[0] + y[1]) + (y[2] + y[3]);
-        size = (terms[0] + terms[1]) + (terms[2] + terms[3]);
-        bound = (most[0] + most[1]) + (most[2] + most[3]);
-        for (int32_t i = 0; i < rows; i++) {
-            s->u[i] += s->P[j][i] * s->y[j];
-            s->scale[i] += fabs(s->P[j][i]) * size;
-            s->error[i] += s->A[j][i] * bound;
+        }
+        for (int32_t i = 0; i < rows; i += LANES) {
+            PERP__LANES_AT(s->P[j] + i) = P[i / LANES];
+            PERP__LANES_AT(s->A[j] + i) = A[i / LANES];
+            PERP__LANES_AT(s->square + i) += P[i / LANES] * P[i / LANES];
+            term = PERP__SAME_LANES(free[j]) * PERP__LANES_AT(s->J[j] + i);
+            PERP__LANES_AT(s->q + i) += term;
+            PERP__LANES_AT(s->terms + i) += PERP__ABSOLUTE_LANES(term);
         }
     }
-    for (int32_t i = 0; i < rows; i++) {
-        s->u[i] += s->q[i];
-        s->scale[i] += fabs(s->q[i]);
-        s->error[i] = unit * (s->error[i] + s->terms[i]);
-    }
-}
+    for (int32_t j = 0; j < n; j++) {
+        perp__lanes y = {0.0}, terms = {0.0}, most = {0.0};
 
-PERP__MULTIVERSION(read, (single * s), (s))
-{
-    if (s->problem->contacts <= MOST / 2)
-        read_rows(s, ROWS / 2);
-    else
-        read_rows(s, ROWS);
+        for (int32_t i = 0; i < rows; i += LANES) {
+            const perp__lanes r = PERP__LANES_AT(s->r + i);
+            const perp__lanes term = r * PERP__LANES_AT(s->P[j] + i);
+
+            y += term;
+            terms += PERP__ABSOLUTE_LANES(term);
+            most += PERP__ABSOLUTE_LANES(r) * PERP__LANES_AT(s->A[j] + i);
+        }
+        s->y[j] = (y[0] + y[1]) + (y[2] + y[3]);
+        size[j] = (terms[0] + terms[1]) + (terms[2] + terms[3]);
+        bound[j] = (most[0] + most[1]) + (most[2] + most[3]);
+    }
+    for (int32_t i = 0; i < rows; i += LANES) {
+        const perp__lanes q = PERP__LANES_AT(s->q + i);
+        perp__lanes u = {0.0}, scale = {0.0}, error = {0.0};
+
+        for (int32_t j = 0; j < n; j++) {
+            const perp__lanes P = PERP__LANES_AT(s->P[j] + i);
+
+            u += P * PERP__SAME_LANES(s->y[j]);
+            scale += PERP__ABSOLUTE_LANES(P) * PERP__SAME_LANES(size[j]);
+            error += PERP__LANES_AT(s->A[j] + i) * PERP__SAME_LANES(bound[j]);
+        }
+        PERP__LANES_AT(s->u + i) = u + q;
+        PERP__LANES_AT(s->scale + i) = scale + PERP__ABSOLUTE_LANES(q);
+        PERP__LANES_AT(s->error + i) =
+            PERP__SAME_LANES(unit) * (error + PERP__LANES_AT(s->terms + i));
+    }
 }
 
 PERP__MULTIVERSION(push, (single * s), (s))
 {
-    if (s->problem->contacts <= MOST / 2)
-        find_velocities(s, ROWS / 2);
+    if (s->problem->contacts > MOST / 2)
+        find_all(s, ROWS, s->problem->width);
+    else if (s->problem->width == WIDTH)
+        find_all(s, ROWS / 2, WIDTH);
     else
-        find_velocities(s, ROWS);
+        find_all(s, ROWS / 2, AXES);
 }
 
-/* The squares of all contacts' rows, and omega, the largest free velocity. */
-static void find_sizes(single *s)
+/* The squares of all contacts' rows, and omega, the largest free velocity. Returns 0 where a square
+ * might leave the range of numbers. */
+static int32_t find_sizes(single *s)
 {
     s->omega = 0.0;
     for (int32_t k = 0; k < s->problem->contacts; k++) {
@@ -158,9 +158,12 @@ static void find_sizes(single *s)
         s->trace[k] = 0.0;
         for (int32_t i = first; i < end; i++)
             s->trace[k] += s->square[i];
+        if (!(s->trace[k] > LEAST && s->trace[k] < 1.0 / LEAST))
+            return 0;
         s->root[k] = sqrt(s->trace[k]);
         perp__raise_to(&s->omega, perp__contact_length(s->q, first, end) / s->root[k]);
     }
+    return s->omega > LEAST && s->omega < 1.0 / LEAST;
 }
 
 /* What contact k lacks of its law, or where that is more the velocities that its mode says are 0,
@@ -210,51 +213,25 @@ static int32_t find_held(single *s)
     return may;
 }
 
-/* v = v_free + C move, and exactly 0.0 in coordinates that the rows that hold determine. */
-static void move_body(single *s, perp__active_rows *held, const double *move)
-{
-    const int32_t n = s->problem->width;
-    const double *C = s->problem->factors;
-
-    memset(s->v, 0, sizeof s->v);
-    for (int32_t i = 0; i < n && s->rank < n; i++, C += n) {
-        const double length = perp__contact_length(C, 0, n);
-
-        s->v[i] = s->problem->free[i] + perp__dot(C, move, n);
-        for (int32_t j = 0; j < n; j++)
-            held->unit[j] = C[j] / length;
-        if (s->v[i] == 0.0 || perp__active_rows_fix(held, 0, n))
-            s->v[i] = 0.0; /* never -0.0 */
-    }
-}
-
-/* v, after = J v + bias, and the change beside the solution's velocities, by their terms. */
-static void hold(single *s)
+/* v. Returns its change beside the solution's velocities, by their terms. */
+PERP__KERNEL static double hold(single *s, int32_t n)
 {
     const perp__rigid_problem *p = s->problem;
-    const int32_t n = p->width;
     double rows[ROWS * WIDTH], targets[ROWS], norms[ROWS], basis[WIDTH * WIDTH];
     double particular[WIDTH], components[WIDTH] = {0.0}, unit[WIDTH], move[WIDTH] = {0.0};
     double change = 0.0, strength = 0.0;
     int32_t taken[ROWS];
-    perp__active_rows held = {.rows = rows,
-                              .targets = targets,
-                              .norms = norms,
-                              .taken = taken,
-                              .basis = basis,
-                              .particular = particular,
-                              .components = components,
-                              .unit = unit};
+    perp__active_rows held = {n,     0,     0,          rows,       targets, norms,
+                              taken, basis, particular, components, unit};
 
     /* 1. What the rows that do not hold push. */
     for (int32_t k = 0; k < p->contacts; k++)
         for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++) {
             strength += fabs(s->r[i]) * sqrt(s->square[i]);
-            for (int32_t j = 0; j < n && i >= s->starts[k] + s->held[k]; j++)
+            for (int32_t j = 0; i >= s->starts[k] + s->held[k] && j < n; j++)
                 move[j] += s->r[i] * s->P[j][i];
         }
     /* 2. The least that stops the rows that hold, normals first. */
-    perp__active_rows_begin(&held, n);
     for (int32_t a = 0; a < AXES; a++)
         for (int32_t k = 0; k < p->contacts; k++) {
             const int32_t i = s->starts[k] + a;
@@ -274,34 +251,23 @@ static void hold(single *s)
         move[j] += particular[j];
         change += (move[j] - s->y[j]) * (move[j] - s->y[j]);
     }
-    s->change = change > 0.0 ? sqrt(change) / strength : 0.0;
-    /* 3. The body's velocity, and those of its contacts. */
-    move_body(s, &held, move);
-    for (int32_t k = 0; k < p->contacts; k++)
-        for (int32_t a = 0; a < s->dims[k]; a++)
-            s->after[s->starts[k] + a] = p->rows[k].bias[a] + perp__dot(row_of(s, k, a), s->v, n);
-}
+    /* 3. v = v_free + C move, and exactly 0.0 in coordinates that the rows that hold determine. */
+    memset(s->v, 0, sizeof s->v);
+    for (int32_t i = 0; i < n && s->rank < n; i++) {
+        const double *C = p->factors + i * n, length = perp__contact_length(C, 0, n);
 
-static void write_answer(const single *s, perp__rigid_answer *answer)
-{
-    memcpy(answer->v, s->v, (size_t)s->problem->width * sizeof *answer->v);
-    for (int32_t k = 0; k < s->problem->contacts; k++) {
-        for (int32_t a = 0; a < AXES; a++) {
-            const int32_t i = s->starts[k] + a, is_there = a < s->dims[k];
-
-            answer->impulse[AXES * k + a] = is_there ? s->r[i] : 0.0;
-            answer->velocity[AXES * k + a] = is_there && a >= s->held[k] ? s->after[i] : 0.0;
-        }
-        answer->modes[k] = s->modes[k];
+        s->v[i] = p->free[i] + perp__dot(C, move, n);
+        for (int32_t j = 0; j < n; j++)
+            unit[j] = C[j] / length;
+        if (s->v[i] == 0.0 || perp__active_rows_fix(&held, 0, n))
+            s->v[i] = 0.0; /* never -0.0 */
     }
-    answer->carrier[0] = s->rank == s->problem->width ? PERP__RIGID_AT_REST : PERP__RIGID_FREE;
-    answer->iterations = 0;
+    return change > 0.0 ? sqrt(change) / strength : 0.0;
 }
 
-int32_t perp__rigid_single(perp__rigid_answer *answer, const perp__rigid_problem *problem,
-                           double tol)
+PERP__KERNEL static int32_t solve(perp__rigid_answer *answer, const perp__rigid_problem *p,
+                                  double tol, int32_t n)
 {
-    const perp__rigid_problem *p = problem;
     perp__evidence residuals = {0.0, 0.0, 1.0, 1};
     single s;
 
@@ -315,34 +281,46 @@ int32_t perp__rigid_single(perp__rigid_answer *answer, const perp__rigid_problem
     s.problem = p;
     s.law = (perp__contact_problem){
         .contacts = p->contacts, .starts = s.starts, .dims = s.dims, .mu = s.mu, .trace = s.trace};
-    gather(&s);
-    read(&s);
-    find_sizes(&s);
-    /* 2. No square may leave the range of numbers. */
-    for (int32_t k = 0; k < p->contacts; k++)
-        if (!(s.trace[k] > LEAST && s.trace[k] < 1.0 / LEAST))
-            return 0;
-    if (!(s.omega > LEAST && s.omega < 1.0 / LEAST))
-        return 0;
-    /* 3. The residuals, as they are or larger. Contacts that press must not separate. */
+    gather(&s, n);
     for (int32_t k = 0; k < p->contacts; k++)
         perp__contact_clip(&s.law, k, s.r);
     push(&s);
+    if (!find_sizes(&s))
+        return 0;
+    /* 2. The residuals, as they are or larger. Contacts that press must not separate. */
     for (int32_t k = 0; k < p->contacts; k++)
         if (!find_lack(&s, k, &residuals))
             return 0;
     if (!perp__is_good(perp__gate(&residuals, tol, -1)) || !find_held(&s))
         return 0;
     answer->tested = residuals.tested;
-    /* 4. The velocities that what holds leaves. */
-    hold(&s);
-    perp__raise_to(&residuals.own_residual, s.change);
+    /* 3. The velocities that what holds leaves. */
+    perp__raise_to(&residuals.own_residual, hold(&s, n));
     residuals.sound = perp__all_finite(s.v, WIDTH); /* where u is not, neither are its errors */
     answer->outcome = perp__gate(&residuals, p->tol, -1);
     answer->own_residual = residuals.own_residual;
     answer->backward = residuals.backward;
     if (!perp__is_good(answer->outcome))
         return 0;
-    write_answer(&s, answer);
+    /* 4. What the caller asked for. */
+    memcpy(answer->v, s.v, (size_t)n * sizeof *answer->v);
+    memcpy(answer->modes, s.modes, (size_t)p->contacts * sizeof *answer->modes);
+    for (int32_t i = 0; i < AXES * p->contacts; i++) {
+        const int32_t k = i / AXES, a = i % AXES, is_there = a < s.dims[k];
+
+        answer->impulse[i] = is_there ? s.r[s.starts[k] + a] : 0.0;
+        answer->velocity[i] = is_there && a >= s.held[k]
+                                  ? p->rows[k].bias[a] + perp__dot(row_of(&s, k, a), s.v, n)
+                                  : 0.0;
+    }
+    answer->carrier[0] = s.rank == n ? PERP__RIGID_AT_REST : PERP__RIGID_FREE;
+    answer->iterations = 0;
     return 1;
+}
+
+int32_t perp__rigid_single(perp__rigid_answer *answer, const perp__rigid_problem *problem,
+                           double tol)
+{
+    return problem->width == WIDTH ? solve(answer, problem, tol, WIDTH)
+                                   : solve(answer, problem, tol, AXES);
 }

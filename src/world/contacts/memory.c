@@ -59,8 +59,10 @@ void perp__hand_over(const perp_world *world, const perp__pair *pair)
     for (int32_t m = pair->first_memory; m < pair->first_memory + pair->memories; m++) {
         const perp__memory *memory = &world->memories[m];
         double least = INFINITY, apart[3], turned[3];
-        int32_t nearest = -1;
+        int32_t nearest = -1, same = first + m - pair->first_memory;
 
+        if (same < first + count && set->contacts[same].feature == memory->feature)
+            continue;
         for (int32_t i = first; i < first + count && least > -1.0; i++) {
             const perp__world_contact *contact = &set->contacts[i];
 

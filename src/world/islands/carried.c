@@ -29,20 +29,19 @@ int32_t perp__moves_with(const perp_world *world, const perp__carrying *carrying
 int32_t perp__find_carrying(const perp_world *world, const perp__island *island, int32_t moving,
                             perp__carrying *carrying)
 {
-    const int32_t flags = 2 * (island->contacts + island->joints);
+    const int32_t ties = perp__count_ties(island);
+    int32_t k, body;
 
     *carrying = (perp__carrying){PERP__CARRIED_AT_REST, -1, 0};
-    for (int32_t k = 0; k < flags && carrying->body < 0; k++) {
-        const int32_t body = perp__tied_body(world, island, k);
-
+    for (k = 0; k < ties && carrying->body < 0; k++) {
+        body = perp__tie(world, island, k);
         if (world->roles[body].dynamic || is_moving(world, body) < moving)
             continue;
         carrying->motion = is_moving(world, body) ? PERP__CARRIED_ALONG : PERP__CARRIED_AT_REST;
         carrying->body = body;
     }
-    for (int32_t k = 0; k < flags && carrying->body >= 0 && !carrying->parts; k++) {
-        const int32_t body = perp__tied_body(world, island, k);
-
+    for (k = moving ? 0 : k; k < ties && carrying->body >= 0 && !carrying->parts; k++) {
+        body = perp__tie(world, island, k);
         carrying->parts = body != carrying->body && !world->roles[body].dynamic &&
                           !perp__moves_with(world, carrying, body);
     }

@@ -86,15 +86,16 @@ static int32_t find_hits(perp_world *world, const perp__island *island, double h
     int32_t i, hits = 0;
 
     for (i = 0; i < work->count; i++) {
+        if (impacts == 0 &&
+            !(perp__step_contact(world, island, work->chosen[i])->restitution > 0.0))
+            continue;
         const double u = work->came[i];
         const double forced = perp__row_velocity(world, i, 0, work->gain, island->bodies, 0);
         const double speed = sqrt(fmax(u * u - 2.0 * forced / h * work->gap[work->chosen[i]], 0.0));
         const double terms = perp__normal_terms(world, i, work->now, island->bodies);
         const double after = perp__row_velocity(world, i, 0, work->v, island->bodies, 1);
 
-        if ((perp__step_contact(world, island, work->chosen[i])->restitution > 0.0 ||
-             impacts > 0) &&
-            (work->impulse[3 * i] > 0.0 ||
+        if ((work->impulse[3 * i] > 0.0 ||
              after + work->rows[i].bias[0] <= perp__exact_tol(world) * terms) &&
             speed > slow * perp__forced_speed(world, island, i, lies) + PERP__NEGLIGIBLE * terms)
             hits += work->hit[work->chosen[i]] = 1;
@@ -519,7 +520,8 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
             perp__take_answer(world, island);
             /* what stands goes as its carrier does, which has its velocity all along */
             go(world, island, left, !verdict->stands && lasts(world, island, 0.0), left);
-            for (int32_t i = 0; i < 3 * work->count && left > 0.0; i++) /* as if over all of h */
+            for (int32_t i = 0; i < 3 * work->count && left > 0.0 && left < h;
+                 i++) /* as if over all of h */
                 perp__step_response(world, island, work->chosen[i / 3])->next[i % 3] =
                     h / left * work->impulse[i];
             done = 1;

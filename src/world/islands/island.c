@@ -54,6 +54,22 @@ static int32_t island_of(const perp_world *world, const perp__contact_flags *fla
     return a >= 0 ? a : world->roles[flags->body[1]].island;
 }
 
+static void list_contact(perp_world *world, const perp__contact_set *set, perp__island *island,
+                         int32_t i)
+{
+    for (int32_t side = 0; side < 2; side++) {
+        const int32_t body = set->flags[i].body[side];
+        const perp__role *role = &world->roles[body];
+
+        set->flags[i].local[side] = role->dynamic ? role->local : -1;
+        if (role->dynamic)
+            continue;
+        island->ties += island->ties == 0 || island->tied != body;
+        island->tied = body;
+    }
+    world->contact_order[island->first_contact + island->contacts++] = i;
+}
+
 /* Lists the contacts of each island. */
 static void order_contacts(perp_world *world, const perp__contact_set *set, int32_t pressing)
 {
@@ -67,18 +83,23 @@ static void order_contacts(perp_world *world, const perp__contact_set *set, int3
         offset += world->islands[i].contacts;
         world->islands[i].contacts = 0;
     }
-    for (int32_t i = 0; i < set->count; i++) {
-        perp__island *island;
+    for (int32_t i = 0; i < set->count; i++)
+        if (joins(set, i, pressing))
+            list_contact(world, set, &world->islands[island_of(world, &set->flags[i])], i);
+}
 
-        if (!joins(set, i, pressing))
-            continue;
-        island = &world->islands[island_of(world, &set->flags[i])];
-        for (int32_t side = 0; side < 2; side++) {
-            const perp__role *role = &world->roles[set->flags[i].body[side]];
+/* Lists what presses alone, in islands of one body each, which that does not part. */
+static void list_pressing(perp_world *world, const perp__contact_set *set)
+{
+    for (int32_t k = 0; k < world->island_count; k++) {
+        perp__island *island = &world->islands[k];
+        const int32_t *listed = world->contact_order + island->first_contact;
+        const int32_t count = island->contacts;
 
-            set->flags[i].local[side] = role->dynamic ? role->local : -1;
-        }
-        world->contact_order[island->first_contact + island->contacts++] = i;
+        island->contacts = island->ties = 0;
+        for (int32_t i = 0; i < count; i++)
+            if (joins(set, listed[i], 1))
+                list_contact(world, set, island, listed[i]);
     }
 }
 
@@ -125,9 +146,15 @@ perp_status perp__build_islands(perp_world *world, const perp__contact_set *set,
 {
     const size_t sizes[3] = {(size_t)world->contacts.capacity, (size_t)world->overlaps.capacity,
                              (size_t)world->joint_capacity};
-    const perp_status status = perp__arena_fit_sizes(
-        &world->order_arena, world->context, lay_out_order, world, world->fitted_order, sizes, 3);
+    perp_status status;
 
+    if (pressing && world->island_count > 0 && world->joint_count == 0 &&
+        world->island_count == perp__count_members(world)) {
+        list_pressing(world, set);
+        return PERP_OK;
+    }
+    status = perp__arena_fit_sizes(&world->order_arena, world->context, lay_out_order, world,
+                                   world->fitted_order, sizes, 3);
     if (status != PERP_OK)
         return status;
     world->island_set = set;

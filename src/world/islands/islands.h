@@ -36,12 +36,20 @@ static inline perp__contact_flags *perp__step_flags(const perp_world *world,
     return &world->island_set->flags[world->contact_order[island->first_contact + i]];
 }
 
-/* Body k of those that contacts, and after them joints, tie, two of each. */
-static inline int32_t perp__tied_body(const perp_world *world, const perp__island *island,
-                                      int32_t k)
+/* The bodies that contacts, and after them joints, tie, two of each; without joints, and where it
+ * is one in all of them, or none, just that which is not dynamic. */
+static inline int32_t perp__count_ties(const perp__island *island)
+{
+    return island->joints == 0 && island->ties < 2 ? island->ties
+                                                   : 2 * (island->contacts + island->joints);
+}
+
+static inline int32_t perp__tie(const perp_world *world, const perp__island *island, int32_t k)
 {
     const int32_t i = k / 2, joint = i - island->contacts;
 
+    if (island->joints == 0 && island->ties < 2)
+        return island->tied;
     return joint < 0 ? perp__step_flags(world, island, i)->body[k % 2]
                      : world->joints[world->joint_order[island->first_joint + joint]].body[k % 2];
 }
@@ -251,8 +259,7 @@ enum {
 };
 
 typedef struct perp__carrying {
-    int32_t motion;
-    int32_t body;
+    int32_t motion, body;
     int32_t parts; /* it has to part from what moves otherwise */
 } perp__carrying;
 

@@ -80,11 +80,6 @@ int32_t perp__shares_islands(const perp_world *world)
            !world->budget.limited && world->budget.iterations == INT64_MAX;
 }
 
-static int32_t is_kinematic(const perp_world *world, int32_t body)
-{
-    return world->bodies[body].kind == PERP_BODY_KINEMATIC;
-}
-
 /* Whether it is not a lane's: all threads take part, one island after the others, as it dwarfs
  * them; or something moves it as it is told. What does is numbered within the island at hand, and
  * may be next to others. */
@@ -98,18 +93,9 @@ static int32_t stays(const perp_world *world, const perp__island *island)
     if (island->contacts >= PERP__GROUP * world->coloured.shared_from &&
         others < SHARED * (world->lane_count - 1) * self)
         return 1;
-    for (int32_t i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, i);
-
-        if (is_kinematic(world, contact->body_a) || is_kinematic(world, contact->body_b))
+    for (int32_t k = 0; k < perp__count_ties(island); k++)
+        if (world->bodies[perp__tie(world, island, k)].kind == PERP_BODY_KINEMATIC)
             return 1;
-    }
-    for (int32_t i = 0; i < island->joints; i++) {
-        const int32_t *body = world->joints[world->joint_order[island->first_joint + i]].body;
-
-        if (is_kinematic(world, body[0]) || is_kinematic(world, body[1]))
-            return 1;
-    }
     return 0;
 }
 

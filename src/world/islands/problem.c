@@ -156,7 +156,7 @@ int32_t perp__number_of(perp_world *world, const perp__island *island, int32_t b
 void perp__gather_bodies(perp_world *world, const perp__island *island)
 {
     perp__island_work *work = &world->work;
-    const int32_t n = world->dof, sides = 2 * (island->contacts + island->joints);
+    const int32_t n = world->dof, ties = perp__count_ties(island);
 
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
@@ -176,8 +176,8 @@ void perp__gather_bodies(perp_world *world, const perp__island *island)
     }
     work->carriers = 0;
     work->gone = 0.0;
-    for (int32_t k = 0; k < sides; k++) {
-        const int32_t body = perp__tied_body(world, island, k);
+    for (int32_t k = 0; k < ties; k++) {
+        const int32_t body = perp__tie(world, island, k);
 
         if (!world->roles[body].dynamic && world->bodies[body].kind == PERP_BODY_KINEMATIC)
             world->motions[body].carrier = -1;
@@ -185,8 +185,8 @@ void perp__gather_bodies(perp_world *world, const perp__island *island)
     if (island->joints > 0)
         (void)perp__join_parts(world, island);
     perp__clear_joints(world, island);
-    for (int32_t k = 0; k < sides; k++)
-        perp__number_of(world, island, perp__tied_body(world, island, k));
+    for (int32_t k = 0; k < ties; k++)
+        perp__number_of(world, island, perp__tie(world, island, k));
 }
 
 double perp__row_velocity(const perp_world *world, int32_t i, int32_t k, const double *x,

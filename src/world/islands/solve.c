@@ -151,7 +151,7 @@ static int32_t turns_far(const perp_world *world, int32_t i, double h)
         const double *w = world->motions[body].after + 3;
         double arm[3], rate[3], bend[3];
 
-        if (!world->roles[body].dynamic)
+        if (!world->roles[body].dynamic || perp__is_zero3(w))
             continue;
         perp__copy3(arm, contact->arms[side]);
         perp__add3(arm, side == 0 ? -a->geometry.radius : b->geometry.radius, contact->axes[0]);
