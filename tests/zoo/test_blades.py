@@ -75,9 +75,9 @@ def test_no_bullet_passes_a_plate_that_spins(shape: str) -> None:
 def test_nothing_leaves_a_shaken_box(level: str) -> None:
     """Six walls that are one kinematic body, thin ones too, shaken and turned at up to a metre and .4
     radians a step, with steps of 1/60 s. Of a wall that the next one covers in a corner the far side
-    was met, which is open there. Where bodies crush each other one is still pressed out in some
-    worlds: at `fast` in seeds 0, 356, 373 and 533 of 560, at every level in 373."""
-    for seed in range(1, 31):
+    was met, which is open there. Where bodies crush each other in a corner (the seeds beyond 30) the
+    step takes one more than half-way through a wall that turns away."""
+    for seed in (*range(30), 356, 373, 533, 546, 679, 1280):
         g = np.random.default_rng(1000 + seed)
         world = perp.World(accuracy=level, friction=g.choice((0, 0.5)))  # type: ignore[arg-type]
         box, half = world.add_body(kind="kinematic"), g.choice((0.001, 0.05, 0.3))

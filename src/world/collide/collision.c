@@ -153,18 +153,23 @@ typedef struct course {
     int32_t turning;
     double gate[PERP__MAX_AXES];
     double bare[PERP__MAX_AXES]; /* gates without what a motion may close of them */
-    double frame[9];             /* A's, at the time looked at last */
-    perp__axes axes;             /* then, in that frame */
+    double frame[2][9];          /* A's and B's, at the time looked at last */
+    perp__axes axes;             /* then, in A's frame */
     int32_t last;                /* of them to close */
 } course;
 
-/* The separation along an axis at the end of a stretch, and in `against` that in the other
- * direction where a box B may have passed to A's other side. */
-static double separation_at(const course *on, const perp__axis *axis, const perp__placed *a,
+/* The separation along axis k at the end of a stretch, a face's as that turns with its shape, and
+ * in `against` that in the other direction where a box B may have passed to A's other side. */
+static double separation_at(const course *on, int32_t k, const perp__placed *a,
                             const perp__placed *b, double *against)
 {
-    double normal[3], between[3];
-    perp__apply3(normal, on->frame, axis->normal);
+    const perp__axis *axis = &on->axes.axis[k];
+    double normal[3], between[3], local[3];
+    perp__apply3(normal, k < on->axes.faces[0] ? a->rotation : on->frame[0], axis->normal);
+    if (k >= on->axes.faces[0] && k < on->axes.faces[0] + on->axes.faces[1]) {
+        perp__apply_transposed3(local, on->frame[1], normal);
+        perp__apply3(normal, b->rotation, local);
+    }
     const double along = perp__separation(a, b, normal);
     perp__subtract3(between, b->position, a->position);
     *against = -INFINITY;
@@ -199,7 +204,7 @@ static double entry_of(const course *on, const double *gate, double t, double en
         double along = axis->separation + (end - t) * perp__dot3(axis->normal, displacement);
         double against = -along - 2.0 * axis->width;
         if (on->turning)
-            along = separation_at(on, axis, &a, &b, &against);
+            along = separation_at(on, k, &a, &b, &against);
         narrow(axis->separation + gate[k], along + gate[k], &enter, &leave);
         if (against > 0.0) /* B has passed to A's other side */
             narrow(-axis->separation - 2.0 * axis->width, against, &enter, &leave);
@@ -212,7 +217,8 @@ static int32_t axes_at(course *on, double t, double far)
     perp__placed a, b;
     perp__moved(on->a, t, &a);
     perp__moved(on->b, t, &b);
-    memcpy(on->frame, a.rotation, sizeof on->frame);
+    memcpy(on->frame[0], a.rotation, sizeof a.rotation);
+    memcpy(on->frame[1], b.rotation, sizeof b.rotation);
     return perp__axes_of(&a, &b, on->planar, far, &on->axes);
 }
 

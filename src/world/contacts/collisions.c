@@ -162,11 +162,20 @@ static int32_t points_along(const encounter *e, const perp__collision *collision
     return made;
 }
 
-/* Whether the shapes came in along a normal that they have at the share t of the step: as it lay in
- * one of them before they moved, they overlap along it by no more than `begun` and the thickness. A
- * thin shape that another one is half-way through overlaps it least along any way aside, which
- * leads past neither. */
-static int32_t came_along(const encounter *e, double t, const double *normal, double begun)
+/* Which shape's face an axis is. */
+typedef enum face_of { FIRST, SECOND, EDGES } face_of;
+
+static face_of face_owner(const perp__axes *axes, int32_t k)
+{
+    return k < axes->faces[0] ? FIRST : k < axes->faces[0] + axes->faces[1] ? SECOND : EDGES;
+}
+
+/* Whether the shapes came in along a normal that they have at the share t of the step: as it lay
+ * before they moved in the shape that has this face, of edges in one of the two, they overlap along
+ * it by no more than `begun` and the thickness. A thin shape that another one is half-way through
+ * overlaps it least along any way aside, which leads past neither. */
+static int32_t came_along(const encounter *e, double t, const double *normal, face_of owner,
+                          double begun)
 {
     const perp__moving *shape[2] = {&e->a, &e->b};
 
@@ -174,6 +183,8 @@ static int32_t came_along(const encounter *e, double t, const double *normal, do
         double local[3], before[3];
         perp__placed later;
 
+        if (owner != EDGES && owner != (face_of)side)
+            continue;
         perp__moved(shape[side], t, &later);
         perp__apply_transposed3(local, later.rotation, normal);
         perp__apply3(before, shape[side]->start->rotation, local);
@@ -208,7 +219,7 @@ static int32_t points_of_faces(const encounter *e, perp__collision *collision, d
             if (axes.axis[k].separation > -INFINITY && axes.axis[k].separation >= least &&
                 !perp__is_same_way(fabs(perp__dot3(normal, covered))) &&
                 (best < 0 || axes.axis[k].separation > axes.axis[best].separation) &&
-                came_along(e, later, normal, 0.0))
+                came_along(e, later, normal, face_owner(&axes, k), 0.0))
                 best = k;
         }
         if (best >= 0) {
@@ -484,6 +495,7 @@ int32_t perp__pair_meets(const perp_world *world, const perp__pair *pair, double
  * than 0 where they are apart. */
 typedef struct overlap {
     int32_t axis;
+    face_of owner;
     double separation, normal[3]; /* in the world, from the first to the second */
 } overlap;
 
@@ -493,7 +505,7 @@ static overlap overlap_at(const encounter *e, double t, double far)
 {
     const int32_t planar = e->world->settings.planar;
     perp__point points[PERP__MAX_POINTS];
-    overlap found = {0, INFINITY, {0.0, 0.0, 0.0}};
+    overlap found = {0, EDGES, INFINITY, {0.0, 0.0, 0.0}};
     perp__placed a, b;
     perp__axes axes;
 
@@ -504,9 +516,11 @@ static overlap overlap_at(const encounter *e, double t, double far)
                             !perp__axes_of(&a, &b, planar, far, &axes)))
         return found;
     if (axes.count > 0) {
-        const perp__axis *best = &axes.axis[perp__last_to_close(&a, &b, &axes, NULL)];
+        const int32_t last = perp__last_to_close(&a, &b, &axes, NULL);
+        const perp__axis *best = &axes.axis[last];
 
         found.axis = best->number;
+        found.owner = face_owner(&axes, last);
         found.separation = best->separation;
         perp__apply3(found.normal, a.rotation, best->normal);
     } else {
@@ -548,16 +562,16 @@ int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
     collision->begun = perp__lesser(before.separation, 0.0);
     const double closes =
         64.0 * (overlap_at(&e, 1.0 - 1.0 / 64.0, INFINITY).separation - end.separation);
-    const int32_t leaves = !(closes >= collision->begun - end.separation);
     const int32_t along =
-        !leaves && (pair->plane || came_along(&e, 1.0, end.normal, collision->begun));
+        pair->plane || came_along(&e, 1.0, end.normal, end.owner, collision->begun);
+    const int32_t leaves = along && !(closes >= collision->begun - end.separation);
     const double finest = (leaves ? level : width) / (e.displacement + turning);
-    while (!along && to - from > fmax(finest, DBL_EPSILON)) {
+    while ((leaves || !along) && to - from > fmax(finest, DBL_EPSILON)) {
         const double t = 0.5 * (from + to);
         const overlap between = overlap_at(&e, t, INFINITY);
 
         if ((!leaves || between.separation >= collision->begun - level) &&
-            (pair->plane || came_along(&e, t, between.normal, collision->begun))) {
+            (pair->plane || came_along(&e, t, between.normal, between.owner, collision->begun))) {
             before = between;
             from = t;
         } else {
@@ -565,8 +579,8 @@ int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
             to = t;
         }
     }
-    collision->time = along ? 1.0 : from;
-    collision->axis = along ? end.axis : before.axis;
+    collision->time = along && !leaves ? 1.0 : from;
+    collision->axis = along && !leaves ? end.axis : before.axis;
     collision->doubtful = 1;
     return perp__lesser(before.separation, end.separation) < collision->begun - deep;
 }
