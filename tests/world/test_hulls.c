@@ -149,8 +149,8 @@ static void test_refusals(void **unused)
     scene_open(&s, 0, 0.0, 0.0, 0.0);
     require_refusal(&s, NULL, 4, "points");
     require_refusal(&s, (const double(*)[3])bad, 3, "count is 3");
-    require_refusal(&s, flat, 5, "plane through points [");
-    require_refusal(&s, line, 4, "line through points [2] and [3]");
+    require_refusal(&s, flat, 5, "near the plane of points [");
+    require_refusal(&s, line, 4, "near the line of points [2] and [3]");
     require_refusal(&s, same, 4, "points[0 .. 3] are all the same");
     bad[2][1] = NAN;
     require_refusal(&s, (const double(*)[3])bad, 4, "points[7]");

@@ -158,15 +158,19 @@ typedef struct course {
     int32_t last;                /* of them to close */
 } course;
 
-/* The separation along axis k at the end of a stretch, a face's as that turns with its shape, and
- * in `against` that in the other direction where a box B may have passed to A's other side. */
-static double separation_at(const course *on, int32_t k, const perp__placed *a,
+/* The separation along axis k at the end of a stretch in which the centres go so far `way`, and in
+ * `against` that in the other direction where a box B may have passed to A's other side. Between
+ * both ends it counts as straight. That is wrong by the turn times the way for a face's axis that
+ * turns with its shape, by the turn times the shape's reach for one that stays. */
+static double separation_at(const course *on, int32_t k, double way, const perp__placed *a,
                             const perp__placed *b, double *against)
 {
     const perp__axis *axis = &on->axes.axis[k];
+    const int32_t of_a = k < on->axes.faces[0],
+                  of_b = !of_a && k - on->axes.faces[0] < on->axes.faces[1];
     double normal[3], between[3], local[3];
-    perp__apply3(normal, k < on->axes.faces[0] ? a->rotation : on->frame[0], axis->normal);
-    if (k >= on->axes.faces[0] && k < on->axes.faces[0] + on->axes.faces[1]) {
+    perp__apply3(normal, of_a && way < on->a->reach ? a->rotation : on->frame[0], axis->normal);
+    if (of_b && way < on->b->reach) {
         perp__apply_transposed3(local, on->frame[1], normal);
         perp__apply3(normal, b->rotation, local);
     }
@@ -204,7 +208,7 @@ static double entry_of(const course *on, const double *gate, double t, double en
         double along = axis->separation + (end - t) * perp__dot3(axis->normal, displacement);
         double against = -along - 2.0 * axis->width;
         if (on->turning)
-            along = separation_at(on, k, &a, &b, &against);
+            along = separation_at(on, k, (end - t) * perp__length3(world), &a, &b, &against);
         narrow(axis->separation + gate[k], along + gate[k], &enter, &leave);
         if (against > 0.0) /* B has passed to A's other side */
             narrow(-axis->separation - 2.0 * axis->width, against, &enter, &leave);
