@@ -215,7 +215,7 @@ static perp_status solve_near(perp__lemke *l, perp__lcp_iterate *iterate, int32_
         status = l->basis->column(l, l->pairs + iterate->missing);
     for (int32_t r = 0; r < l->pairs; r++) {
         worst = fmax(worst, perp__lemke_violation(l, r));
-        covers &= l->column[r] < 0.0 || perp__lemke_violation(l, r) == 0.0;
+        covers = covers && (l->column[r] < 0.0 || perp__lemke_violation(l, r) == 0.0);
     }
     for (int32_t r = 0; r < l->pairs; r++) {
         const double violation = perp__lemke_violation(l, r);
