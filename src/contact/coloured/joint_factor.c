@@ -200,11 +200,11 @@ static const perp__joint_tile none;
 /* In vectors: instructions for strings, which compilers write for it, are long to begin. */
 PERP__KERNEL static void copy_tile(double (*to)[PERP__NODE], const void *from)
 {
-    const double(*tile)[PERP__NODE] = from;
+    const double *tile = from;
 
     for (int32_t c = 0; c < PERP__NODE; c++)
         for (int32_t l = 0; l < PERP__NODE; l += PERP__NODE / 2)
-            PERP__LANES_AT(to[c] + l) = PERP__CONST_LANES_AT(tile[c] + l);
+            PERP__LANES_AT(to[c] + l) = PERP__CONST_LANES_AT(tile + PERP__NODE * c + l);
 }
 
 static void exchange(double *a, double *b)
