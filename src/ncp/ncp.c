@@ -143,6 +143,7 @@ static perp_status write_bounds(perp_ncp_solver *solver)
     else if (solver->settings.polish && perp__is_good(verdict(solver, &residuals)) &&
              objection(&residuals) <= fmax(objection(&solver->best), PERP__ROUNDING_LIMIT))
         keep(solver, &residuals);
+    perp__copy(solver->candidate, solver->best_z, m->n);
     return PERP_OK;
 }
 

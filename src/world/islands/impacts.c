@@ -520,8 +520,8 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
             perp__take_answer(world, island);
             /* what stands goes as its carrier does, which has its velocity all along */
             go(world, island, left, !verdict->stands && lasts(world, island, 0.0), left);
-            for (int32_t i = 0; i < 3 * work->count && left > 0.0 && left < h;
-                 i++) /* as if over all of h */
+            /* as if over all of h */
+            for (int32_t i = 0; i < 3 * work->count && left > 0.0 && left < h; i++)
                 perp__step_response(world, island, work->chosen[i / 3])->next[i % 3] =
                     h / left * work->impulse[i];
             done = 1;
