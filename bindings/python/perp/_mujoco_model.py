@@ -184,18 +184,20 @@ def layout() -> Layout:
     looked_for = {getattr(data, name).ctypes.data: name for name in names}
     first = data.contact.dist.ctypes.data
     looked_for[first] = "contact"
-    found, place = {}, 0  # type: dict[str, int], int
-    while len(found) < len(looked_for):
-        name = looked_for.get(ctypes.c_uint64.from_address(data._address + place).value)
-        if name is not None:
-            found[name] = place
-        place += 8
+    data.time, found = _SOME_TIME, {}  # type: float, dict[str, int]
+    struct = b""
+    while len(found) < len(looked_for):  # page by page: those are there as a whole
+        begin = data._address + len(struct)
+        page = ctypes.string_at(begin, _PAGE - begin % _PAGE)
+        words = np.frombuffer(page, dtype=np.uint64)
+        for place in np.flatnonzero(np.isin(words, list(looked_for))).tolist():
+            if len(found) < len(looked_for):  # the arena's pointer, which comes first, is contact's
+                found[looked_for[int(words[place])]] = len(struct) + 8 * place
+        struct += page
     offsets = [getattr(data.contact, name).ctypes.data - first for name in OF_CONTACTS]
     moving = getattr(data.contact, "surfacevel", None)
     surface = 0 if moving is None else moving.ctypes.data - first
     counts = np.array([data.ncon, data.ne, data.nf, data.nl, data.nefc], dtype=np.int32)
-    data.time = _SOME_TIME
-    struct = ctypes.string_at(data._address, place)
     return Layout(
         found, offsets, data.contact.dist.strides[0], surface,
         struct.index(counts.tobytes()), struct.index(np.float64(_SOME_TIME).tobytes()),
@@ -220,6 +222,7 @@ def place_of_options() -> tuple[int, int, int, int]:
 
 _OPTIONS_BEFORE = 2048  # a model begins with some hundred sizes, and then the options
 
+_PAGE = 4096  # bytes: no system's is smaller
 _SOME_TIME = 0.12345678901234567  # found nowhere else
 _SCENE = """<mujoco><option jacobian="sparse"/><worldbody><geom type="plane" size="1 1 1"/>
 <body><freejoint/><geom size=".1"/></body><body pos="0 0 1"><freejoint/><geom size=".1"/></body>
@@ -228,7 +231,8 @@ _SCENE = """<mujoco><option jacobian="sparse"/><worldbody><geom type="plane" siz
 
 def pointers(data: Any) -> dict[str, Any]:
     """Where data has its pointers to these arrays."""
-    return {name: data._address + k for name, k in layout().pointers.items()}
+    begin = data._address
+    return {name: begin + k for name, k in layout().pointers.items()}
 
 
 def source(model: Any, data: Any, at: dict[str, Any]) -> ContactSource:

@@ -38,7 +38,7 @@ from ._mujoco_check import Feature, check, refuse, tell_rigid, tumbling
 from ._mujoco_derivatives import Derivatives, Linearization
 from ._mujoco_model import FAST, NO_EULER_DAMPING, RK4, Borrowed, Damping, Tumbling
 from ._mujoco_rows import Touching, find_rows, hand_over, place_of_row, places_of_mass
-from ._mujoco_run import Batch, Rollout, Runner, checked
+from ._mujoco_run import Batch, Rollout, Runner, checked, has_callbacks
 from ._stepper import Array, Laws, Rows, RowSolver, Solved
 
 __all__ = [
@@ -130,6 +130,7 @@ class Stepper:
         self._options, self.senses = model.opt, bool(model.nsensor)
         late = model.sensor_needstage == _OF_ACCELERATIONS
         self.accelerates = bool((late & ~np.isin(model.sensor_type, _OF_FORCES)).any())
+        _model.layout(), has_callbacks()  # what a process finds once is not of its first step
 
     def steps(self, data: Any, count: int) -> bool:
         """So many steps with the same control, in one call where rollout() makes one. Returns

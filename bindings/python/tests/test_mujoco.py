@@ -539,3 +539,21 @@ def test_without_mujoco_it_says_what_to_install():
         [sys.executable, "-c", program], capture_output=True, text=True, check=True
     )
     assert "pip install 'perp[mujoco]'" in out.stdout
+
+
+def test_what_a_process_finds_once_is_found_before_its_first_step():
+    program = (
+        "import functools, mujoco, perp.mujoco\n"
+        "from perp import _mujoco_model, _mujoco_run\n"
+        "both = vars(_mujoco_model) | vars(_mujoco_run)\n"
+        "once = [x for x in both.values() if isinstance(x, functools._lru_cache_wrapper)]\n"
+        "model = mujoco.MjModel.from_xml_string('<mujoco><worldbody><body><freejoint/>'\n"
+        "    '<geom size=\".1\"/></body></worldbody></mujoco>')\n"
+        "stepper, found = perp.mujoco.Stepper(model), [x.cache_info().misses for x in once]\n"
+        "stepper.step(mujoco.MjData(model))\n"
+        "print(len(once), found == [x.cache_info().misses for x in once])"
+    )
+    out = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert out.stdout == "4 True\n"
