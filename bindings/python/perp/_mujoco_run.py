@@ -3,11 +3,12 @@ with MuJoCo's own functions as its stages. Python is asked where other things to
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import functools
 import glob
 import os
-import threading
+import queue
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Callable, NamedTuple, Optional
@@ -297,24 +298,27 @@ class Batch:
             np.zeros((starts, steps, size)), np.zeros((starts, steps, model.nsensordata)),
             np.zeros(starts, dtype=int), np.zeros(starts),
         )  # fmt: skip
-        self._own = threading.local()
+        self._left: queue.SimpleQueue[int] = queue.SimpleQueue()  # starts that no thread has taken
 
     def run(self, threads: int) -> Rollout:
-        starts = range(len(self._controls))
-        with _model.Borrowed(self._model):
-            if threads == 1:
-                for k in starts:
-                    self._one(k)
-            else:
-                with ThreadPoolExecutor(threads) as pool:
-                    list(pool.map(self._one, starts))
+        for k in range(len(self._controls)):
+            self._left.put(k)
+        with _model.Borrowed(self._model), ThreadPoolExecutor(threads) as pool:
+            others = [pool.submit(self._some) for _ in range(threads - 1)]
+            self._some()  # this thread is one of them
+            for one in others:
+                one.result()
         return self.result
 
-    def _one(self, k: int) -> None:
-        model, own = self._model, self._own
-        if not hasattr(own, "data"):
-            own.data, own.stepper = mj.MjData(model), self._make()
-        data, stepper = own.data, own.stepper
+    def _some(self) -> None:
+        """What one thread makes: the next start that is left, until there is none."""
+        data, stepper = mj.MjData(self._model), self._make()
+        with contextlib.suppress(queue.Empty):
+            while True:
+                self._one(self._left.get_nowait(), data, stepper)
+
+    def _one(self, k: int, data: Any, stepper: Any) -> None:
+        model = self._model
         stepper.begin_anew()
         mj.mj_resetData(model, data)
         mj.mj_setState(model, data, self._states[k], _STATE)

@@ -388,7 +388,7 @@ class RowSolver(Handle):
         What slid to rest has impulses on the rims of their cones, and those are an answer to the
         next step, too: slower than tol can tell from rest, but not 0.0. Where several contacts
         bear a body there are others inside the cones, and newton, which keeps away from rims,
-        finds them.
+        finds them: or gives up after as many iterations as the steps until the next look take.
         """
         self.patience -= 1
         if self.patience > 0 or not self.numbers.slips:
@@ -403,7 +403,7 @@ class RowSolver(Handle):
         kept = [x.copy() for x in (self.v, self.r, self.u, self.modes)]
         ended, laws = CResult.from_buffer_copy(self.result), self.laws
         turns = laws.rolling.any() or laws.spinning.any()
-        again = self.solve_by("auto" if turns else "newton", 1e-3 * tol)
+        again = self.solve_by("auto" if turns else "newton", 1e-3 * tol, 4 * _PATIENCE)
         if again.ok and self.numbers.slips < slips.sum():
             return again
         self.patience = _PATIENCE
@@ -413,11 +413,12 @@ class RowSolver(Handle):
         self._hand_back()
         return how
 
-    def solve_by(self, method: str, tol: float) -> Solved:
-        """Once, from no start."""
+    def solve_by(self, method: str, tol: float, most: int = 0) -> Solved:
+        """Once, from no start; most: iterations of each method, 0 for the setting."""
         mine = self._settings
         other = ContactSettings.from_buffer_copy(mine)
         other.method, other.tol = CODES["method"][method], tol
+        other.max_iterations = min(filter(None, (most, other.max_iterations)), default=0)
         self._call(library.perp_contact_solver_set, byref(other))
         try:
             return self.step(False)

@@ -1,5 +1,6 @@
 """perp.mujoco against closed forms, and against MuJoCo where nothing touches."""
 
+import os
 import subprocess
 import sys
 
@@ -482,7 +483,9 @@ def test_what_touches_already_keeps_its_impulses(monkeypatch):
         '<body pos="0 0 .3"><freejoint/><geom type="box" size=".1 .1 .1"/></body>'
         '<body pos="1 0 .0999"><freejoint/><geom type="box" size=".1 .1 .1"/></body>'
     )
-    monkeypatch.setattr(perp.mujoco.Runner, "can_end", lambda *_: False)  # a call of Python's a step
+    monkeypatch.setattr(
+        perp.mujoco.Runner, "can_end", lambda *_: False
+    )  # a call of Python's a step
     stepper, starts = perp.mujoco.Stepper(model), []
     solver, step = stepper.solver, stepper.solver.step
     monkeypatch.setattr(solver, "step", lambda w: starts.append(solver.start.copy()) or step(w))
@@ -557,3 +560,23 @@ def test_what_a_process_finds_once_is_found_before_its_first_step():
         [sys.executable, "-c", program], capture_output=True, text=True, check=True
     )
     assert out.stdout == "4 True\n"
+
+
+def test_a_look_for_rest_ends_where_it_is_no_use(monkeypatch):
+    """An ant that stumbles: some looks have no answer, and go through a few methods."""
+    gymnasium = pytest.importorskip("gymnasium")
+    folder = os.path.join(os.path.dirname(gymnasium.__file__), "envs", "mujoco", "assets")
+    model = mujoco.MjModel.from_xml_path(os.path.join(folder, "ant.xml"))
+    solve_by, looks = perp._stepper.RowSolver.solve_by, []
+
+    def watched(solver, *arguments):
+        looks.append(solve_by(solver, *arguments))
+        return looks[-1]
+
+    monkeypatch.setattr(perp._stepper.RowSolver, "solve_by", watched)
+    stepper, data = perp.mujoco.Stepper(model), mujoco.MjData(model)
+    controls = np.random.default_rng(1).uniform(-1.0, 1.0, (20, model.nu))
+    for control in np.repeat(controls, 50, axis=0):
+        data.ctrl[:] = control
+        assert stepper.step(data).ok
+    assert looks and max(how.iterations for how in looks) <= 3 * 4 * perp._stepper._PATIENCE

@@ -172,7 +172,7 @@ def test_a_look_that_finds_nothing_leaves_the_answer(monkeypatch):
     stepper, looks = perp.mujoco.Stepper(model), []
     solve_by = stepper.solver.solve_by
 
-    def sharper(method, _):
+    def sharper(method, *_):
         looks.append(solve_by(method, 1e-300))
         return looks[-1]._replace(ok=False)
 
