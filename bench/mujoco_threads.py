@@ -30,9 +30,7 @@ def sums(threads):
 
 
 def rollouts():
-    folder = os.path.join(
-        os.path.dirname(gymnasium.__file__), "envs", "mujoco", "assets"
-    )
+    folder = os.path.join(os.path.dirname(gymnasium.__file__), "envs", "mujoco", "assets")
     model = mujoco.MjModel.from_xml_path(os.path.join(folder, "humanoid.xml"))
     spec, data = mujoco.mjtState.mjSTATE_FULLPHYSICS, mujoco.MjData(model)
     state = np.zeros(mujoco.mj_stateSize(model, spec))
