@@ -178,6 +178,7 @@ class Stepper:
         self._bound: Any = lambda: None  # data, while they last, and what else the numbers go by
         self._bound_by: tuple[int, int] = (-1, -1)
         self.touching: Optional[Touching] = None
+        self._soft: Optional[_Soft] = None
         self.warm, self.all_move = False, True
 
     def step(self, data: Any) -> Solved:
@@ -341,7 +342,7 @@ class Stepper:
 
     def forget(self) -> None:
         """The next step has no start."""
-        self.touching, self.warm = None, False
+        self.touching, self._soft, self.warm = None, None, False
         self.solver.numbers.w = None  # the arranged rows are others'
 
     def look(self, data: Any, how: Solved) -> Solved:
@@ -422,28 +423,44 @@ class Stepper:
     def _solve(self, data: Any) -> Solved:
         """With the rows of the last step, where the same things touch."""
         solver = self.solver
-        if not self.rigid:
-            self.arrange(data)
-            self._soften(data)
-            return solver.step(self.warm)
-        if self.dense or self._is_as_before(data):
+        if self._may_be_as_before(data):
+            if self._soft is not None:
+                self._soften(data, self._soft)
             how = solver.step(self.warm)
             if not solver.is_other:
                 return how
         self.arrange(data)
+        if not self.rigid:
+            self._soft = self._soft_rows(data)
+            self._soften(data, self._soft)
         return solver.step(self.warm)
 
-    def _soften(self, data: Any) -> None:
-        """MuJoCo's compliance: J (v' - v) / h + R f = a, with a the acceleration that solref and
-        solimp ask for, is u = J v' + R r - J v - h a."""
-        solver, numbers, h = self.solver, self.solver.numbers, self._options.timestep
-        offset, R = -data.efc_vel - h * data.efc_aref, data.efc_R
+    def _may_be_as_before(self, data: Any) -> bool:
+        if self._soft is not None:
+            same = data.nefc == len(self._soft.offset)
+        else:
+            same = self.rigid
+        return same and (self.dense or self._is_as_before(data))
+
+    def _soft_rows(self, data: Any) -> _Soft:
+        """Of those that are arranged, of which it tells the library where their numbers are."""
+        solver, numbers = self.solver, self.solver.numbers
         places = ("H_rows", "rows"), ("G_rows", "bilateral"), ("gap_rows", "gap_count")
         H, G, soft = (solver.kept_rows(x, getattr(numbers, count)) for x, count in places)
-        solver.w[soft] = offset[H[soft]]
-        yields = np.zeros(len(H) + len(G))
-        yields[soft], yields[len(H) :] = R[H[soft]], R[G]
-        solver.comply(yields, h * offset)
+        yields, offset = np.zeros(len(H) + len(G)), np.zeros(data.nefc)
+        solver.comply(yields, offset)
+        rows = np.concatenate([soft, np.arange(len(H), len(yields))])
+        return _Soft(rows, np.concatenate([H[soft], G]), soft, H[soft], solver.w, yields, offset)
+
+    def _soften(self, data: Any, soft: _Soft) -> None:
+        """MuJoCo's compliance: J (v' - v) / h + R f = a, with a the acceleration that solref and
+        solimp ask for, is u = J v' + R r - J v - h a."""
+        h = self._options.timestep
+        offset = -data.efc_vel - h * data.efc_aref
+        soft.w[soft.gaps] = offset[soft.of_gaps]
+        soft.yields[soft.rows] = data.efc_R[soft.sources]
+        np.multiply(h, offset, out=soft.offset)
+        self.solver.numbers.rests = 0
 
     def _is_as_before(self, data: Any) -> bool:
         key = data.ne, data.nf, data.nl, data.ncon, self._options.timestep
@@ -506,6 +523,18 @@ class Stepper:
             data.time += h
         data.qvel[:] = v
         mj.mj_integratePos(model, data.qpos, velocity, h)
+
+
+class _Soft(NamedTuple):
+    """Which rows comply, and where the numbers of that are, while the same things touch."""
+
+    rows: Any  # of H and G
+    sources: Any  # where they stand among MuJoCo's
+    gaps: Any  # those of H
+    of_gaps: Any
+    w: Array
+    yields: Array  # of the rows of H and G
+    offset: Array  # of MuJoCo's rows: what b is made of
 
 
 _kept: weakref.WeakKeyDictionary[Any, tuple[Any, Stepper]] = weakref.WeakKeyDictionary()
