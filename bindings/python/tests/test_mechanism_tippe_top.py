@@ -33,7 +33,8 @@ def kinematics(q, v):
 
 class Top:
     def __init__(self, rng):
-        self.R, m, self.mu = rng.uniform(0.015, 0.03), rng.uniform(0.01, 0.03), rng.uniform(0.1, 0.5)
+        self.R, m = rng.uniform(0.015, 0.03), rng.uniform(0.01, 0.03)
+        self.mu = rng.uniform(0.1, 0.5)
         self.offset, self.spin = self.R * rng.uniform(0.05, 0.3), rng.uniform(80, 250)
         across = rng.uniform(0.8, 1.2)
         self.inertia = 0.4 * m * self.R**2 * np.array([across, across, 1])
