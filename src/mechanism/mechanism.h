@@ -137,6 +137,7 @@ struct perp_mechanism {
                       one where it closes; else 0 */
     int8_t *let_go; /* contacts: 1: starts to slip, without static friction; -1: comes to rest, with
                        it; 0: as its speed says */
+    double span;    /* of a run in chosen steps; else 0 */
     double *acceleration; /* n: that a step may expect; of runs in chosen steps, else 0 */
     double *work;         /* 4 n, nobody's beyond a function */
     double *differences;  /* 3 + 2 PERP__BIAS_COLUMNS rows, of perp__evaluate_bias */

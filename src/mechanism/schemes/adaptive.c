@@ -197,10 +197,8 @@ static perp_status take(perp__run *run, perp__adaptive *a, double t, double h)
         answer = &m->trial;
     if (status == PERP_OK || status == PERP__OUTSIDE)
         status = perp__mechanism_check_end(m, answer);
-    if (status != PERP_OK)
-        return status;
     report(m, a, &step, answer == &m->trial);
-    if (a->jam >= 0)
+    if (status == PERP_OK && a->jam >= 0)
         status = perp__adaptive_jam(m, a, &step, &m->next, t);
     if (status != PERP_OK)
         return status;
@@ -208,9 +206,8 @@ static perp_status take(perp__run *run, perp__adaptive *a, double t, double h)
     memcpy(a->largest, a->scale, (size_t)m->coordinates * sizeof *a->largest);
     a->fastest = a->speed_scale;
     memcpy(a->does[0], a->plans ? a->planned : a->does[2], (size_t)(m->contacts + m->dry));
-    a->plans = a->cut = 0;
+    a->plans = a->cut = a->refused = 0;
     a->started = 1;
-    a->refused = 0;
     status = perp__run_take(run, answer, t, h, &step);
     if (status == PERP_OK && a->jam >= 0 && !run->ended) {
         a->started = 0;
@@ -331,14 +328,13 @@ perp_status perp__run_adaptive(perp__run *run, double t1, double h)
     memset(a->largest, 0, (size_t)m->coordinates * sizeof *a->largest);
     memset(a->scale, 0, (size_t)m->coordinates * sizeof *a->scale);
     memset(a->expected, 0, (size_t)m->n * sizeof *a->expected);
-    a->length = 0.0;
-    a->fastest = 0.0;
     a->longest = settings->longest > 0.0 ? fmin(settings->longest, span) : span;
     a->shortest = settings->shortest > 0.0 ? settings->shortest : ldexp(span, -40);
     a->shortest = fmax(a->shortest, 4.0 * DBL_EPSILON * fmax(fabs(run->t), fabs(t1)));
     a->h = fmin(h, a->longest);
     a->unit = fmax(fmin(h, span), fmin(ldexp(span, -40) / settings->error, 1e-3 * span));
-    a->proper = 0.0;
+    a->length = a->fastest = a->proper = 0.0;
+    m->span = span;
     a->order = settings->scheme == PERP_MECHANISM_THETA && settings->theta == 0.5 ? 2 : 1;
     a->started = a->refused = a->plans = a->cut = 0;
     run->result.error = 0.0;
@@ -349,6 +345,7 @@ perp_status perp__run_adaptive(perp__run *run, double t1, double h)
     while (status == PERP_OK && !run->ended && run->t < t1)
         status = step(run, a, t1);
     perp__adaptive_let_go(m, NULL, NULL);
+    m->span = 0.0;
     memset(m->acceleration, 0, (size_t)m->n * sizeof *m->acceleration);
     memset(m->apart, 0, (size_t)m->contacts * sizeof *m->apart);
     if (status == PERP__OUTSIDE) { /* k, N or the rows where a step ended: no motion from there */

@@ -315,8 +315,10 @@ static int32_t follows(perp_mechanism *m, perp__theta *w, double change)
 static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_step *step)
 {
     const double rounding = PERP__ROUNDING_LIMIT, tol = fmax(m->settings.tol, rounding);
+    /* what is left adds up over a run's steps */
     const double wanted =
-        m->settings.error > 0.0 ? fmax(PERP__LITTLE * m->settings.error, rounding) : tol;
+        m->span > 0.0 ? fmax(PERP__LITTLE * m->settings.error * w->from.h / m->span, rounding)
+                      : tol;
     const double start = perp__energy_norm(m, &m->begin, w->y, w->from.v);
     perp_status status;
     double lacking = 0.0;
