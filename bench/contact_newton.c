@@ -61,10 +61,11 @@ static void end(task *t)
 /* Seconds of one solve. */
 static double solve(task *t, const double *f, const double *r0)
 {
+    const perp_contact_answer answer = {.struct_size = sizeof answer, .r = t->r};
     double start = seconds_now();
 
-    require(perp_contact_solver_solve_dynamics(t->solver, NULL, t->r, NULL, NULL, NULL, &t->result,
-                                               f, t->scene.w, NULL, r0) == PERP_OK,
+    require(perp_contact_solver_solve_dynamics(t->solver, &answer, &t->result, f, t->scene.w, NULL,
+                                               r0) == PERP_OK,
             "solve");
     return seconds_now() - start;
 }

@@ -395,9 +395,10 @@ static double seconds_of_setup(perp_context *context, solver *o, const scene *c,
 
 static double seconds_of_solve(perp_context *context, solver *o, const step *s, const double *r0)
 {
+    const perp_contact_answer answer = {sizeof answer, o->v, o->r, o->u, o->modes, NULL};
     const double started = seconds_now();
-    require(perp_contact_solver_solve_dynamics(o->perp, o->v, o->r, o->u, o->modes, NULL,
-                                               &o->result, s->f, s->w, NULL, r0) == PERP_OK,
+    require(perp_contact_solver_solve_dynamics(o->perp, &answer, &o->result, s->f, s->w, NULL,
+                                               r0) == PERP_OK,
             perp_context_message(context));
     return seconds_now() - started;
 }

@@ -78,12 +78,13 @@ static void end(bench *b)
 static double fastest(bench *b, const double *f, const double *r0, int repeats,
                       perp_contact_result *result)
 {
+    const perp_contact_answer answer = {.struct_size = sizeof answer, .r = b->r, .modes = b->modes};
     double best = INFINITY;
     for (int k = 0; k < repeats; k++) {
         double started = processor_seconds();
         require(perp_struct_init(result, sizeof *result) == PERP_OK, "result");
-        require(perp_contact_solver_solve_dynamics(b->solver, NULL, b->r, NULL, b->modes, NULL,
-                                                   result, f, b->p.w, NULL, r0) == PERP_OK,
+        require(perp_contact_solver_solve_dynamics(b->solver, &answer, result, f, b->p.w, NULL,
+                                                   r0) == PERP_OK,
                 perp_context_message(b->context));
         best = fmin(best, processor_seconds() - started);
     }

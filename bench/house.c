@@ -103,12 +103,14 @@ static void scenes(int least, int most, int wanted, int32_t method)
         gen_lcp problem;
         scene_lcp(&problem, &options);
         if (problem.n > least && problem.n <= most) {
+            const perp_lcp_problem posed = {
+                .struct_size = sizeof posed, .M = &problem.view, .q = problem.q};
             double *z = require_memory((size_t)problem.n * sizeof *z);
             taken++;
             for (int k = 0; k < REPEATS; k++) {
                 const double start = processor_seconds();
-                require(perp_lcp_solve(context, z, NULL, NULL, &result, &settings, &problem.view,
-                                       problem.q, NULL, NULL, NULL) == PERP_OK,
+                require(perp_lcp_solve(context, z, NULL, NULL, &result, &settings, &posed, NULL) ==
+                            PERP_OK,
                         "a scene");
                 w.times[k] += processor_seconds() - start;
             }
@@ -139,6 +141,7 @@ static void pile(const char *bench, int32_t method, int32_t class, int32_t conta
     piles_make(&p, &options);
     double *r = require_memory(2 * (size_t)p.rows * sizeof *r), *start = r + p.rows;
     double *f = require_memory((size_t)p.n * sizeof *f);
+    const perp_contact_answer answer = {.struct_size = sizeof answer, .r = r};
     perp_struct_init(&result, sizeof result);
     laws = piles_laws(&p);
     dynamics = piles_dynamics(&p);
@@ -150,8 +153,7 @@ static void pile(const char *bench, int32_t method, int32_t class, int32_t conta
         work w = {0, 0, {0}};
         for (int k = 0; k < REPEATS; k++) {
             const double begun = processor_seconds();
-            require(perp_contact_solver_solve_dynamics(solver, NULL, r, NULL, NULL, NULL, &result,
-                                                       f, p.w, NULL,
+            require(perp_contact_solver_solve_dynamics(solver, &answer, &result, f, p.w, NULL,
                                                        warm ? start : NULL) == PERP_OK,
                     "a solve of a pile");
             w.times[k] = processor_seconds() - begun;

@@ -90,15 +90,16 @@ static void measure(perp_context *context, problems *p)
 {
     double times[7], alone;
     static const int32_t threads[] = {1, 2};
+    const perp_lcp_stack stack = {
+        .struct_size = sizeof stack, .count = p->count, .n = p->n, .M = p->M, .q = p->q};
     times[0] = alone = loop(context, p);
     report(p, "loop", times, 1, 0);
     for (size_t t = 0; t < sizeof threads / sizeof *threads; t++) {
         char how[32];
         for (int k = 0; k < 7; k++) {
             double start = seconds_now();
-            perp_status status =
-                perp_lcp_batch(context, p->z, NULL, p->outcomes, p->residuals, NULL, threads[t],
-                               p->count, p->n, p->M, p->q, NULL, NULL);
+            perp_status status = perp_lcp_batch(context, p->z, NULL, p->outcomes, p->residuals,
+                                                NULL, threads[t], &stack);
             times[k] = seconds_now() - start;
             require(status == PERP_OK, perp_context_message(context));
         }

@@ -79,6 +79,7 @@ static void claim(perp_context *context, problem *lcp, double condition, tally *
     const int k = t->problems++;
     double size = 0, start = 0;
     perp_matrix view = view_of(lcp);
+    const perp_lcp_problem posed = {.struct_size = sizeof posed, .M = &view, .q = lcp->q};
     perp_lcp_result result;
     perp_lcp_proof proof;
     perp_lcp_sensitivity_info info;
@@ -86,12 +87,10 @@ static void claim(perp_context *context, problem *lcp, double condition, tally *
     perp_struct_init(&result, sizeof result);
     perp_struct_init(&proof, sizeof proof);
     perp_struct_init(&info, sizeof info);
-    require(perp_lcp_solve(context, lcp->z, NULL, NULL, &result, NULL, &view, lcp->q, NULL, NULL,
-                           NULL) == PERP_OK,
+    require(perp_lcp_solve(context, lcp->z, NULL, NULL, &result, NULL, &posed, NULL) == PERP_OK,
             "a solve failed");
     start = seconds_now();
-    require(perp_lcp_verify(context, NULL, &proof, &view, lcp->q, NULL, NULL, lcp->z) == PERP_OK,
-            "a proof failed");
+    require(perp_lcp_verify(context, NULL, &proof, &posed, lcp->z) == PERP_OK, "a proof failed");
     t->proof[k] = seconds_now() - start;
     for (int i = 0; i < lcp->n; i++)
         size = fmax(size, lcp->z[i]);
@@ -100,8 +99,7 @@ static void claim(perp_context *context, problem *lcp, double condition, tally *
         t->radius = fmax(t->radius, proof.radius / (condition * 0x1p-52 * size));
     }
     start = seconds_now();
-    require(perp_lcp_sensitivity_create(context, &slope, &info, NULL, &view, lcp->q, NULL, NULL,
-                                        lcp->z) == PERP_OK,
+    require(perp_lcp_sensitivity_create(context, &slope, &info, NULL, &posed, lcp->z) == PERP_OK,
             "a derivative failed");
     t->create[k] = seconds_now() - start;
     start = seconds_now();
@@ -185,11 +183,11 @@ static void measure_all(perp_context *context, const char *name, problem *lcp)
     perp_lcp_settings settings;
     perp_lcp_enumeration found;
     perp_matrix view = view_of(lcp);
+    const perp_lcp_problem posed = {.struct_size = sizeof posed, .M = &view, .q = lcp->q};
     perp_lcp_settings_init(&settings, sizeof settings);
     perp_struct_init(&found, sizeof found);
     settings.time_limit = 60;
-    require(perp_lcp_all(context, &found, &settings, &view, lcp->q, NULL, NULL, NULL, NULL) ==
-                PERP_OK,
+    require(perp_lcp_all(context, &found, &settings, &posed, NULL, NULL) == PERP_OK,
             "an enumeration failed");
     printf("%-8s %4d %-12s %9d %9d %10lld %10lld %10lld %9.3f %8.2f\n", name, lcp->n,
            perp_outcome_text(found.outcome), found.isolated, found.families, (long long)found.nodes,

@@ -80,6 +80,7 @@ static void print(const char *name, row *r)
 static void solve(perp_context *context, const mode *m, const scene_options *o, row *rows)
 {
     perp_lcp_settings settings;
+    perp_lcp_problem posed = {.struct_size = sizeof posed};
     perp_lcp_result result;
     effort e = {0, 0, 0};
     gen_lcp problem;
@@ -95,9 +96,10 @@ static void solve(perp_context *context, const mode *m, const scene_options *o, 
     settings.polish = m->polish;
     settings.monitor = watch;
     settings.monitor_user = &e;
+    posed.M = &problem.view;
+    posed.q = problem.q;
     start = seconds_now();
-    require(perp_lcp_solve(context, z, NULL, NULL, &result, &settings, &problem.view, problem.q,
-                           NULL, NULL, NULL) == PERP_OK,
+    require(perp_lcp_solve(context, z, NULL, NULL, &result, &settings, &posed, NULL) == PERP_OK,
             "a solve failed");
     time = seconds_now() - start;
     add(&rows[o->class], &result, time, &e);

@@ -50,6 +50,7 @@ static void walk_lcp(perp_context *context)
     double M[SIZE * SIZE], q[SIZE], z[SIZE], w[SIZE];
     perp_lcp_result result;
     perp_matrix view;
+    const perp_lcp_problem problem = {.struct_size = sizeof problem, .M = &view, .q = q};
     perp_status status;
 
     for (int i = 0; i < SIZE; i++) {
@@ -61,7 +62,7 @@ static void walk_lcp(perp_context *context)
     perp_struct_init(&result, sizeof result);
     require(!perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, SIZE, SIZE, M, SIZE), "view");
     follows = 1;
-    status = perp_lcp_solve(context, z, w, NULL, &result, NULL, &view, q, NULL, NULL, NULL);
+    status = perp_lcp_solve(context, z, w, NULL, &result, NULL, &problem, NULL);
     follows = 0;
     require(!status, perp_context_message(context));
 }
@@ -138,6 +139,7 @@ static void walk_theta(perp_context *context)
     perp_mechanism *point = NULL;
     perp_mechanism_model model;
     perp_mechanism_run_result result;
+    const perp_mechanism_start start = {sizeof start, 0, 0.01, q, v};
     perp_status status;
 
     perp_mechanism_model_init(&model, sizeof model);
@@ -147,7 +149,7 @@ static void walk_theta(perp_context *context)
     model.mass = mass, model.force = force, model.contact_rows = contacts;
     require(!perp_mechanism_create(context, &point, NULL, &model), perp_context_message(context));
     follows = 1;
-    status = perp_mechanism_run(point, q, v, &result, 0, 0.01, 0.01, q, v, NULL, NULL);
+    status = perp_mechanism_run(point, q, v, &result, &start, 0.01, NULL, NULL);
     follows = 0;
     require(!status, perp_context_message(context));
     perp_mechanism_destroy(point);

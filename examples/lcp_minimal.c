@@ -9,6 +9,7 @@ int main(void)
     double z[2], w[2];
     perp_context *context;
     perp_matrix view;
+    const perp_lcp_problem problem = {.struct_size = sizeof problem, .M = &view, .q = q};
     perp_lcp_result result;
 
     perp_struct_init(&view, sizeof view);
@@ -16,7 +17,7 @@ int main(void)
     perp_struct_init(&result, sizeof result);
     if (perp_context_create(&context, NULL) != PERP_OK)
         return 1;
-    if (perp_lcp_solve(context, z, w, NULL, &result, NULL, &view, q, NULL, NULL, NULL) != PERP_OK) {
+    if (perp_lcp_solve(context, z, w, NULL, &result, NULL, &problem, NULL) != PERP_OK) {
         fprintf(stderr, "%s\n", perp_context_message(context));
         perp_context_destroy(context);
         return 1;

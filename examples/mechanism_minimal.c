@@ -65,7 +65,8 @@ static int32_t watch(const perp_mechanism_view *view, void *user)
 
 int main(void)
 {
-    const double start[] = {-1.0}, rest[] = {0.0}, restitution[] = {0.5};
+    const double place[] = {-1.0}, rest[] = {0.0}, restitution[] = {0.5};
+    const perp_mechanism_start start = {sizeof start, 0.0, 0.001, place, rest};
     perp_context *context = NULL;
     perp_mechanism *bead = NULL;
     perp_mechanism_model model;
@@ -83,8 +84,7 @@ int main(void)
     if (!status)
         status = perp_mechanism_create(context, &bead, NULL, &model);
     if (!status)
-        status =
-            perp_mechanism_run(bead, q, v, &result, 0.0, 60.0, 0.001, start, rest, watch, &seen);
+        status = perp_mechanism_run(bead, q, v, &result, &start, 60.0, watch, &seen);
     if (status)
         fprintf(stderr, "%s\n", context ? perp_context_message(context) : "no context");
     else

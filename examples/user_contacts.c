@@ -127,6 +127,7 @@ static perp_status solve_contacts(perp_contact_solver *solver, simulator *s,
 {
     static double masses[N];
     static int32_t starts[N + 1], rows[N];
+    const perp_contact_answer answer = {.struct_size = sizeof answer, .v = s->v, .r = s->r};
     perp_contact_dynamics dynamics;
     perp_contact_laws laws;
     perp_matrix M, H;
@@ -153,8 +154,7 @@ static perp_status solve_contacts(perp_contact_solver *solver, simulator *s,
     laws.mu = s->mu;
     status = perp_contact_solver_setup_dynamics(solver, &laws, &dynamics);
     if (status == PERP_OK)
-        status = perp_contact_solver_solve_dynamics(solver, s->v, s->r, NULL, NULL, NULL, result, f,
-                                                    s->w, NULL, NULL);
+        status = perp_contact_solver_solve_dynamics(solver, &answer, result, f, s->w, NULL, NULL);
     return status;
 }
 

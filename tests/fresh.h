@@ -6,6 +6,8 @@
 #include <perp/mechanism.h>
 #include <perp/perp.h>
 
+#include "calls.h"
+
 #define FRESH_BY(kind, init)                                   \
     static inline perp_##kind fresh_##kind(void)               \
     {                                                          \

@@ -4,7 +4,7 @@
 #ifndef PERP_TESTS_MACHINES_H
 #define PERP_TESTS_MACHINES_H
 
-#include <perp/mechanism.h>
+#include "calls.h"
 
 #define MACHINE_GRAVITY 9.81
 #define MACHINE_PI 3.14159265358979323846

@@ -52,8 +52,8 @@ perp_status machine_run(machine_record *record, perp_context *context, const mac
     if (status == PERP_OK)
         status = perp_mechanism_create(context, &mechanism, settings, &m->model);
     if (status == PERP_OK)
-        status = perp_mechanism_run(mechanism, record->q, record->v, &record->result, 0,
-                                    end > 0 ? end : m->end, h, m->q, m->v, look, &w);
+        status = perp_mechanism_run(mechanism, record->q, record->v, &record->result,
+                                    START(0, h, m->q, m->v), end > 0 ? end : m->end, look, &w);
     perp_mechanism_destroy(mechanism);
     return status;
 }

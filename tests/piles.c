@@ -259,6 +259,6 @@ perp_status piles_solve(perp_context *context, const piles *p,
     const perp_contact_dynamics dynamics = piles_dynamics(p);
 
     (void)perp_struct_init(result, sizeof *result);
-    return perp_contact_solve(context, v, r, u, NULL, NULL, result, settings, &laws, &dynamics,
-                              p->f, p->w, NULL, r0);
+    return perp_contact_solve(context, ANSWER(v, r, u), result, settings,
+                              DYNAMICS(&laws, &dynamics, p->f, p->w), r0);
 }

@@ -7,6 +7,7 @@
 #ifndef PERP_TESTS_PILES_H
 #define PERP_TESTS_PILES_H
 
+#include "calls.h"
 #include "gen.h"
 
 enum piles_class {

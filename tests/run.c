@@ -42,8 +42,8 @@ void run_view(run *r, perp_context *context, const perp_matrix *M, const double 
     for (i = 0; i < n; i++) /* an entry that is not written is found */
         r->z[i] = r->w[i] = r->ray[i] = NAN;
     assert_int_equal(perp_struct_init(&r->result, sizeof r->result), PERP_OK);
-    r->status =
-        perp_lcp_solve(context, r->z, r->w, r->ray, &r->result, settings, M, q, lower, upper, z0);
+    r->status = perp_lcp_solve(context, r->z, r->w, r->ray, &r->result, settings,
+                               LCP(M, q, lower, upper), z0);
     if (r->status != PERP_OK)
         fail_msg("%s: %s: %s", where, perp_status_text(r->status), perp_context_message(context));
     check_require(check_lcp_result(M, q, lower, upper, r->z, r->w, r->ray, &r->result, settings),

@@ -198,7 +198,7 @@ void tabled_close(tabled *r)
 perp_status tabled_try(tabled *r, double h)
 {
     return perp_mechanism_advance(r->mechanism, r->q, r->v, r->impulse, r->velocity, r->modes,
-                                  r->ray, &r->step, 0.0, h, r->q, r->v);
+                                  r->ray, &r->step, START(0.0, h, r->q, r->v));
 }
 
 int32_t tabled_advance(tabled *r, double h)

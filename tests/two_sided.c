@@ -181,8 +181,8 @@ void both_by_delassus(const both_problem *p, int32_t method, const double *r0, b
     assert_int_equal(perp_struct_init(&W, sizeof W), PERP_OK);
     assert_int_equal(perp_matrix_dense(&W, PERP_STORAGE_ROW_MAJOR, p->size, p->size, p->W, MOST),
                      PERP_OK);
-    assert_int_equal(perp_contact_solve_delassus(both_context, a->r, a->u, a->modes, a->ray,
-                                                 &a->result, &settings, &laws, &W, p->q, r0),
+    assert_int_equal(perp_contact_solve(both_context, ANSWER(NULL, a->r, a->u, a->modes, a->ray),
+                                        &a->result, &settings, DELASSUS(&laws, &W, p->q), r0),
                      PERP_OK);
 }
 
@@ -226,9 +226,9 @@ perp_status both_call(both_problem *p, int32_t method, int callback, const doubl
 {
     both_rig g;
     both_set(p, method, callback, &g, a);
-    return perp_contact_solve(both_context, a->v, a->r, a->u, a->modes, a->ray, &a->result,
-                              &g.settings, &g.laws, &g.dynamics, p->f, p->w,
-                              p->w + p->rows + p->bounded, r0);
+    return perp_contact_solve(
+        both_context, ANSWER(a->v, a->r, a->u, a->modes, a->ray), &a->result, &g.settings,
+        DYNAMICS(&g.laws, &g.dynamics, p->f, p->w, p->w + p->rows + p->bounded), r0);
 }
 
 void both_by_dynamics(both_problem *p, int32_t method, int callback, const double *r0,

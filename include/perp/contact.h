@@ -127,6 +127,28 @@ typedef struct perp_contact_dynamics {
     const perp_matrix *G; /* bilateral rows by n, or NULL */
 } perp_contact_dynamics;
 
+/* A problem: contacts with their dynamics, f, w and b, or with W and q. */
+typedef struct perp_contact_problem {
+    size_t struct_size;
+    const perp_contact_laws *laws;
+    const perp_contact_dynamics *dynamics;
+    const double *f;      /* n */
+    const double *w;      /* rows */
+    const double *b;      /* bilateral rows; NULL: 0 */
+    const perp_matrix *W; /* in the place of dynamics, f, w and b: the Delassus matrix, */
+    const double *q;      /* and q, of all rows */
+} perp_contact_problem;
+
+/* Where an answer is written: the caller's arrays; NULL: not needed. */
+typedef struct perp_contact_answer {
+    size_t struct_size;
+    double *v;      /* n */
+    double *r;      /* rows, then bilateral rows; needed */
+    double *u;      /* as r */
+    int32_t *modes; /* contacts, then rows with bounds */
+    double *ray;    /* as r */
+} perp_contact_answer;
+
 /* What the monitor sees. Filled by the library. */
 typedef struct perp_contact_progress {
     size_t struct_size;
@@ -255,50 +277,37 @@ PERP_API perp_status perp_contact_solver_setup_delassus(perp_contact_solver *sol
  *
  * Returns: PERP_OK with the outcome in result->outcome; PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI,
  *          _HANDLE, _BUSY, _MEMORY or _CALLBACK. After a negative status nothing was written.
- * Out:     v: n velocities after the impulses; or NULL. Where the outcome is good and M falls into
- *             blocks of up to 12 unknowns: exactly 0.0 in what the rows that hold keep at rest.
- *          r: rows impulses, within their cones and bounds; then the bilateral ones. The best
- *             iterate found, whatever the outcome. 0.0 on every row of a contact that separates.
- *          u: as r: velocities (with compliance: plus compliance times impulse); or NULL. Where the
- *             outcome is good: u_n is 0.0 of every contact that presses, all of u where it sticks,
- *             rows between their bounds, and the bilateral rows.
- *          modes: PERP_CONTACT_... for each contact and each row with bounds; or NULL.
- *          ray: as r: a direction of impulses, largest entry 1, written only if result->has_ray; or
- *             NULL.
- *          result: initialised by perp_struct_init.
- * In:      f: n entries. w: rows entries. b: bilateral entries; NULL: 0.
- *          r0: as r, a start, projected onto the cones; or NULL.
- * Memory:  none allocated after the first call of a size (third-party factorisations excepted);
- *          under auto a fall-back method makes its memory when it is first needed. */
-PERP_API perp_status perp_contact_solver_solve_dynamics(perp_contact_solver *solver, double *v,
-                                                        double *r, double *u, int32_t *modes,
-                                                        double *ray, perp_contact_result *result,
-                                                        const double *f, const double *w,
-                                                        const double *b,
-                                                        const double *r0) PERP_WARN_UNUSED;
+ * Out:     answer->v: n velocities after the impulses; or NULL. Where the outcome is good and M
+ * falls into blocks of up to 12 unknowns: exactly 0.0 in what the rows that hold keep at rest. r:
+ * rows impulses, within their cones and bounds; then the bilateral ones. The best iterate found,
+ * whatever the outcome. 0.0 on every row of a contact that separates. u: as r: velocities (with
+ * compliance: plus compliance times impulse); or NULL. Where the outcome is good: u_n is 0.0 of
+ * every contact that presses, all of u where it sticks, rows between their bounds, and the
+ * bilateral rows. modes: PERP_CONTACT_... for each contact and each row with bounds; or NULL. ray:
+ * as r: a direction of impulses, largest entry 1, written only if result->has_ray; or NULL. result:
+ * initialised by perp_struct_init. In:      f: n entries. w: rows entries. b: bilateral entries;
+ * NULL: 0. r0: as r, a start, projected onto the cones; or NULL. Memory:  none allocated after the
+ * first call of a size (third-party factorisations excepted); under auto a fall-back method makes
+ * its memory when it is first needed. */
+PERP_API perp_status perp_contact_solver_solve_dynamics(
+    perp_contact_solver *solver, const perp_contact_answer *answer, perp_contact_result *result,
+    const double *f, const double *w, const double *b, const double *r0) PERP_WARN_UNUSED;
 
-/* Solves the problem that was set up with W, for one q; arguments and statuses as above. */
-PERP_API perp_status perp_contact_solver_solve_delassus(perp_contact_solver *solver, double *r,
-                                                        double *u, int32_t *modes, double *ray,
+/* Solves the problem that was set up with W, for one q; arguments and statuses as above. There is
+ * no v. */
+PERP_API perp_status perp_contact_solver_solve_delassus(perp_contact_solver *solver,
+                                                        const perp_contact_answer *answer,
                                                         perp_contact_result *result,
                                                         const double *q,
                                                         const double *r0) PERP_WARN_UNUSED;
 
-/* Create, set up, solve and destroy in one call; arguments and statuses as above. */
-PERP_API perp_status perp_contact_solve(perp_context *context, double *v, double *r, double *u,
-                                        int32_t *modes, double *ray, perp_contact_result *result,
+/* Creates, sets up, solves and destroys in one call; arguments and statuses as above.
+ * In:      problem: with `dynamics` or with `W`, one of the two. */
+PERP_API perp_status perp_contact_solve(perp_context *context, const perp_contact_answer *answer,
+                                        perp_contact_result *result,
                                         const perp_contact_settings *settings,
-                                        const perp_contact_laws *laws,
-                                        const perp_contact_dynamics *dynamics, const double *f,
-                                        const double *w, const double *b,
+                                        const perp_contact_problem *problem,
                                         const double *r0) PERP_WARN_UNUSED;
-PERP_API perp_status perp_contact_solve_delassus(perp_context *context, double *r, double *u,
-                                                 int32_t *modes, double *ray,
-                                                 perp_contact_result *result,
-                                                 const perp_contact_settings *settings,
-                                                 const perp_contact_laws *laws,
-                                                 const perp_matrix *W, const double *q,
-                                                 const double *r0) PERP_WARN_UNUSED;
 
 /* ---- a step of a simulator that keeps M and J in an order of its own --------------------------
  */
@@ -545,7 +554,7 @@ typedef struct perp_contact_sensitivity_info {
  * Out:     sensitivity: the new handle, whatever the verdict; untouched after failure.
  *          info: initialised by perp_struct_init.
  * In:      settings: tol is used; NULL for the defaults.
- *          laws, dynamics, f, w, b: as for perp_contact_solve. The arrays of M, H and G must stay
+ *          problem: as for perp_contact_solve, with dynamics. The arrays of M, H and G must stay
  *              in place and unchanged until the handle is destroyed; the rest is copied.
  *          r: rows, then bilateral impulses: a solution as perp_contact_solve returns it.
  * Cost:    a solve with M for each active row, and a dense factorisation of that many. The
@@ -553,11 +562,12 @@ typedef struct perp_contact_sensitivity_info {
  * Source:  the implicit function theorem on the equations of an active set; Le Lidec et al.,
  *          "Differentiable simulation for physical system identification", IEEE RA-L 6 (2021).
  */
-PERP_API perp_status perp_contact_sensitivity_create(
-    perp_context *context, perp_contact_sensitivity **sensitivity,
-    perp_contact_sensitivity_info *info, const perp_contact_settings *settings,
-    const perp_contact_laws *laws, const perp_contact_dynamics *dynamics, const double *f,
-    const double *w, const double *b, const double *r) PERP_WARN_UNUSED;
+PERP_API perp_status perp_contact_sensitivity_create(perp_context *context,
+                                                     perp_contact_sensitivity **sensitivity,
+                                                     perp_contact_sensitivity_info *info,
+                                                     const perp_contact_settings *settings,
+                                                     const perp_contact_problem *problem,
+                                                     const double *r) PERP_WARN_UNUSED;
 
 /* NULL is allowed. Ignored inside a callback of its own context. */
 PERP_API void perp_contact_sensitivity_destroy(perp_contact_sensitivity *sensitivity);
@@ -568,20 +578,26 @@ PERP_API perp_status perp_contact_sensitivity_point(perp_contact_sensitivity *se
                                                     double *v, double *r, double *u,
                                                     int32_t *modes) PERP_WARN_UNUSED;
 
-/* dv, dr := the derivatives of v and r in the direction (df, dw, db, dmu, dM, dH, dG).
+/* A direction of the data; NULL stands for 0. */
+typedef struct perp_contact_change {
+    size_t struct_size;
+    const double *df;                /* n */
+    const double *dw;                /* rows */
+    const double *db;                /* bilateral rows */
+    const double *dmu;               /* contacts */
+    const perp_matrix *dM, *dH, *dG; /* of the sizes of M, H and G, any storage */
+} perp_contact_change;
+
+/* dv, dr := the derivatives of v and r in the direction `change`.
  *
  * Returns: PERP_OK; PERP_ERROR_ARGUMENT where the verdict was 'singular' or 'not a solution';
  *          _NOT_FINITE (also if dv or dr are not), _ABI, _HANDLE, _BUSY or _CALLBACK. After failure
  *          both are untouched.
  * Out:     dv: n; dr: rows, then bilateral; NULL: not needed.
- * In:      df: n; dw: rows; db: bilateral; dmu: contacts; dM, dH, dG: of the sizes of M, H and G,
- *              any storage; NULL stands for 0. */
-PERP_API perp_status perp_contact_sensitivity_forward(perp_contact_sensitivity *sensitivity,
-                                                      double *dv, double *dr, const double *df,
-                                                      const double *dw, const double *db,
-                                                      const double *dmu, const perp_matrix *dM,
-                                                      const perp_matrix *dH,
-                                                      const perp_matrix *dG) PERP_WARN_UNUSED;
+ * In:      change: NULL is no change. */
+PERP_API perp_status
+perp_contact_sensitivity_forward(perp_contact_sensitivity *sensitivity, double *dv, double *dr,
+                                 const perp_contact_change *change) PERP_WARN_UNUSED;
 
 /* The gradients of a function of v and r with respect to f, w, b and mu, from those with respect to
  * v and r: x, y, z and mu, one solve for all data. That with respect to M_ij is -x_i v_j, to H_ij

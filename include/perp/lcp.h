@@ -31,7 +31,7 @@ enum perp_lcp_method_value {
     PERP_LCP_ACTIVE_SET = 5, /* primal-dual active sets; a few factorisations; P-matrices */
     PERP_LCP_PATTERNS = 6,   /* only ever reported: enumeration of the index sets, by which auto has
                                 the last word where n <= 12 */
-    PERP_LCP_MPRGP = 7       /* only ever reported: of perp_lcp_solve_product */
+    PERP_LCP_MPRGP = 7       /* only ever reported: of a problem given by products */
 };
 
 /* How Lemke's method chooses among the rows that tie in the ratio test. Values never change. */
@@ -58,6 +58,27 @@ enum perp_certificate_value {
     PERP_CERTIFICATE_INFEASIBLE = 1 /* no z >= l has M z + q >= 0: the ray y has y >= 0, M'y <= 0
                                        and y'(q + M l) < 0, checked in the caller's data */
 };
+
+/* y := M x, n numbers each. Returns 0 when done; a positive number where there is no product, which
+ * a value that is not finite says too (outcome 'evaluation_failed'); a negative number to abort the
+ * call with PERP_ERROR_CALLBACK. Must not call into the same context. */
+typedef int32_t (*perp_lcp_product)(double *y, const double *x, void *user);
+
+/* A problem: views on the caller's memory. M, or products with it. */
+typedef struct perp_lcp_problem {
+    size_t struct_size;
+    const perp_matrix *M;     /* n by n, dense or CSC */
+    const double *q;          /* n */
+    const double *lower;      /* n, finite or -inf; NULL: 0 */
+    const double *upper;      /* n, finite or inf, upper >= lower; NULL: inf */
+    perp_lcp_product product; /* in the place of M, of perp_lcp_solve alone; M is symmetric,
+                                 positive definite or semidefinite */
+    void *user;
+    const double *diagonal; /* of products: n, M's own diagonal or about that, > 0: variables of
+                               different units are scaled by it; NULL: all units are alike */
+    int32_t n;              /* of products: the size; M tells its own */
+    int32_t reserved;       /* 0 */
+} perp_lcp_problem;
 
 /* What the monitor sees. Filled by the library. */
 typedef struct perp_lcp_progress {
@@ -172,47 +193,27 @@ PERP_API perp_status perp_lcp_solver_solve(perp_lcp_solver *solver, double *z, d
                                            double *ray, perp_lcp_result *result, const double *q,
                                            const double *z0) PERP_WARN_UNUSED;
 
-/* Creates, sets up, solves and destroys in one call; arguments and statuses as above. */
-PERP_API perp_status perp_lcp_solve(perp_context *context, double *z, double *w, double *ray,
-                                    perp_lcp_result *result, const perp_lcp_settings *settings,
-                                    const perp_matrix *M, const double *q, const double *lower,
-                                    const double *upper, const double *z0) PERP_WARN_UNUSED;
-
-/* y := M x, n numbers each. Returns 0 when done; a positive number where there is no product, which
- * a value that is not finite says too (outcome 'evaluation_failed'); a negative number to abort the
- * call with PERP_ERROR_CALLBACK. Must not call into the same context. */
-typedef int32_t (*perp_lcp_product)(double *y, const double *x, void *user);
-
-/* Solves a problem whose M is symmetric, positive definite or semidefinite, and known by its
- * products alone: a convolution by FFT, a finite element code of the caller's, a solve.
+/* Creates, sets up, solves and destroys in one call; arguments and statuses as above.
  *
- * Conjugate gradients on the variables between their bounds, gradient projections where they meet
- * one (MPRGP). One product a step; their number grows as the square root of M's condition.
+ * A problem whose M is known by its products alone (a convolution by FFT, a finite element code of
+ * the caller's, a solve) is solved by conjugate gradients on the variables between their bounds,
+ * with gradient projections where they meet one (MPRGP). One product a step; their number grows as
+ * the square root of M's condition. Then PERP_ERROR_ARGUMENT is also: the product is seen not to be
+ * symmetric; and 'stalled' says that M is not positive semidefinite, that no z solves this, or that
+ * the residual fell by less than 1 % in 1000 products. There
  *
- * Returns: PERP_OK with the outcome in result->outcome; PERP_ERROR_ARGUMENT (also where the product
- *          is seen not to be symmetric), _NOT_FINITE, _ABI, _HANDLE, _BUSY, _MEMORY or _CALLBACK.
- *          After a negative status nothing was written. 'stalled' says that M is not positive
- *          semidefinite, that no z solves this, or that the residual fell by less than 1 % in 1000
- *          products.
- * Out:     z: n entries, within the bounds; those at a bound are exactly that.
- *          w: n entries, M z + q by one product; or NULL.
- *          result: `iterations` counts products; `residual` as for perp_lcp_solve with D from
- *             `diagonal`; `backward_error` is |r| / (|M| |z| + |q|) in 2-norms of scaled numbers,
- *             as rows of M are not known.
+ * Out:     w: M z + q by one product. ray: not written.
+ *          result: `iterations` counts products; `residual` is scaled by D from `diagonal`;
+ *             `backward_error` is |r| / (|M| |z| + |q|) in 2-norms of scaled numbers, as rows of M
+ *             are not known.
  * In:      settings: tol, max_iterations (products; default 10000), time_limit and monitor are
- *             used; NULL for the defaults.
- *          diagonal: n entries, M's own or about those, > 0: variables of different units are
- *             scaled by them; NULL: all units are alike.
- *          q, lower, upper, z0: as for perp_lcp_solve.
+ *             used.
  * Memory:  13 n doubles, released at the end.
  * Source:  Dostal & Schoberl, Computational Optimization and Applications 30 (2005) 23. */
-PERP_API perp_status perp_lcp_solve_product(perp_context *context, double *z, double *w,
-                                            perp_lcp_result *result,
-                                            const perp_lcp_settings *settings, int32_t n,
-                                            perp_lcp_product product, void *user,
-                                            const double *diagonal, const double *q,
-                                            const double *lower, const double *upper,
-                                            const double *z0) PERP_WARN_UNUSED;
+PERP_API perp_status perp_lcp_solve(perp_context *context, double *z, double *w, double *ray,
+                                    perp_lcp_result *result, const perp_lcp_settings *settings,
+                                    const perp_lcp_problem *problem,
+                                    const double *z0) PERP_WARN_UNUSED;
 
 /* What is known of a point that is to solve a problem. Values never change. */
 enum perp_verdict_value {
@@ -250,14 +251,14 @@ typedef struct perp_lcp_proof {
  * Out:     radii: n entries, |z_i - z*_i| <= radii[i] (+inf without a proof), caller's units; or
  *                 NULL. 0 where z_i is exactly its bound, and z*_i too.
  *          proof: initialised by perp_struct_init.
- * In:      M, q, lower, upper: as for perp_lcp_solve. z: n entries, the point.
+ * In:      problem: as for perp_lcp_solve, with M. z: n entries, the point.
  * Cost:    |A| = k: about 5 k^3 flops and 4 n^2 doubles (dense M). Sparse M with an H-matrix (so an
  *          M-matrix) as its block: one or two sparse factorisations.
  * Source:  Alefeld, Chen & Potra, "Validation of solutions of linear complementarity problems",
  *          Numer. Math. 83 (1999); Rump, "Verification methods", Acta Numerica 19 (2010). */
 PERP_API perp_status perp_lcp_verify(perp_context *context, double *radii, perp_lcp_proof *proof,
-                                     const perp_matrix *M, const double *q, const double *lower,
-                                     const double *upper, const double *z) PERP_WARN_UNUSED;
+                                     const perp_lcp_problem *problem,
+                                     const double *z) PERP_WARN_UNUSED;
 
 /* Where a variable of a solution stands. Values never change. */
 enum perp_place_value {
@@ -293,16 +294,18 @@ typedef struct perp_lcp_sensitivity_info {
  * Out:     sensitivity: the new handle, whatever the verdict; untouched after failure.
  *          info: initialised by perp_struct_init.
  * In:      settings: tol and scaling are used; NULL for the defaults.
- *          M, q, lower, upper: as for perp_lcp_solve. M's arrays must stay in place and unchanged
+ *          problem: as for perp_lcp_solve, with M, whose arrays must stay in place and unchanged
  *             until the handle is destroyed; the others are copied.
  *          z: n entries, a solution as perp_lcp_solve returns it.
  * Cost:    one factorisation of M_AA (LAPACK, or KLU for sparse M). The products cost one solve
  *          each and allocate nothing.
  * Source:  Cottle, Pang & Stone, section 7.4. */
-PERP_API perp_status perp_lcp_sensitivity_create(
-    perp_context *context, perp_lcp_sensitivity **sensitivity, perp_lcp_sensitivity_info *info,
-    const perp_lcp_settings *settings, const perp_matrix *M, const double *q, const double *lower,
-    const double *upper, const double *z) PERP_WARN_UNUSED;
+PERP_API perp_status perp_lcp_sensitivity_create(perp_context *context,
+                                                 perp_lcp_sensitivity **sensitivity,
+                                                 perp_lcp_sensitivity_info *info,
+                                                 const perp_lcp_settings *settings,
+                                                 const perp_lcp_problem *problem,
+                                                 const double *z) PERP_WARN_UNUSED;
 
 /* NULL is allowed. Ignored inside a callback of its own context. */
 PERP_API void perp_lcp_sensitivity_destroy(perp_lcp_sensitivity *sensitivity);
@@ -382,16 +385,28 @@ typedef struct perp_lcp_enumeration {
  *          been made.
  * Out:     result: initialised by perp_struct_init.
  * In:      settings: tol, scaling, time_limit, max_iterations (nodes), monitor; NULL: the defaults.
- *          M, q, lower, upper: as for perp_lcp_solve.
+ *          problem: as for perp_lcp_solve, with M.
  *          visit: called for each solution; NULL: only counts are wanted.
  * Cost:    up to 2^n index sets, 3^n with finite bounds on both sides; about 0.3 us a node at
  *          n = 20, and branches are cut where a row can't get its sign any more.
  * Source:  polyhedra of index sets: Cottle, Pang & Stone, section 3.1; vertices and rays by the
  *          double description method. */
 PERP_API perp_status perp_lcp_all(perp_context *context, perp_lcp_enumeration *result,
-                                  const perp_lcp_settings *settings, const perp_matrix *M,
-                                  const double *q, const double *lower, const double *upper,
-                                  perp_lcp_visit visit, void *user) PERP_WARN_UNUSED;
+                                  const perp_lcp_settings *settings,
+                                  const perp_lcp_problem *problem, perp_lcp_visit visit,
+                                  void *user) PERP_WARN_UNUSED;
+
+/* Problems of one size: views on the caller's memory, problem k behind problem k - 1. */
+typedef struct perp_lcp_stack {
+    size_t struct_size;
+    int64_t count;
+    int32_t n;
+    int32_t reserved;    /* 0 */
+    const double *M;     /* count matrices n x n, each by rows */
+    const double *q;     /* count x n */
+    const double *lower; /* count x n; NULL: 0 */
+    const double *upper; /* count x n; NULL: inf */
+} perp_lcp_stack;
 
 /* Solves `count` problems of the same small size n in one call: groups of them side by side in
  * vector registers, then those that this does not surely solve by a solver each: the outcomes are
@@ -410,14 +425,11 @@ PERP_API perp_status perp_lcp_all(perp_context *context, perp_lcp_enumeration *r
  *             other than auto, or n > 32, is one solve after the other.
  *          threads: 1 to 256 threads of the call's own. The answers have the same bits for any
  *             number of them. The context's allocator is called by one thread at a time.
- *          M: count matrices n x n, each by rows; q: count x n; lower, upper: count x n, or NULL
- *             for 0 and +inf.
  * Cost:    bench/results/lcp_batch.txt. Memory: the answers once more, until the call succeeds. */
 PERP_API perp_status perp_lcp_batch(perp_context *context, double *z, double *w, int32_t *outcomes,
                                     double *residuals, const perp_lcp_settings *settings,
-                                    int32_t threads, int64_t count, int32_t n, const double *M,
-                                    const double *q, const double *lower,
-                                    const double *upper) PERP_WARN_UNUSED;
+                                    int32_t threads,
+                                    const perp_lcp_stack *problems) PERP_WARN_UNUSED;
 
 #ifdef __cplusplus
 }

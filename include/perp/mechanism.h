@@ -206,6 +206,15 @@ typedef struct perp_mechanism_step {
     int32_t exhaustive;  /* 1: there are no others */
 } perp_mechanism_step;
 
+/* Where a step or a run begins: the caller's arrays. */
+typedef struct perp_mechanism_start {
+    size_t struct_size;
+    double t;
+    double h;        /* > 0: the length of a step; in chosen steps, of the first */
+    const double *q; /* coordinates */
+    const double *v; /* n */
+} perp_mechanism_start;
+
 /* What an observer sees. The arrays are the library's, valid during the call. */
 typedef struct perp_mechanism_view {
     size_t struct_size;
@@ -372,7 +381,7 @@ PERP_API perp_status perp_mechanism_check(perp_mechanism *mechanism,
                                           perp_mechanism_check_result *result, double t,
                                           const double *q, const double *v) PERP_WARN_UNUSED;
 
-/* Steps from (t, q0, v0) to t + h.
+/* Steps from `start` (t, q0, v0) to t + h.
  *
  * solved: the laws' tested residuals are at most settings.tol, v and the impulses belong together,
  * M (v - v0) = h k + J'r up to max(16 tol, 1e-8) of its terms, and all numbers are finite.
@@ -392,14 +401,13 @@ PERP_API perp_status perp_mechanism_check(perp_mechanism *mechanism,
  *          positive definite, a bound or mu < 0, ...), _NOT_FINITE (also where finite numbers
  *          overflow together), _ABI, _HANDLE, _BUSY, _MEMORY or _CALLBACK, and then nothing was
  *          written.
- * Out:     q, v: may be q0 and v0.
+ * Out:     q, v: may be those of the start.
  *          impulse, velocity: rows of H, of G, of B: r, s, y and u at the end, of both stages of an
  *             impact together; or NULL.
  *          modes: contacts, then dry groups; or NULL.
  *          ray: rows as impulse: impulses that no motion can answer, written only if step->has_ray;
  *             or NULL.
  *          step: initialised by perp_struct_init.
- * In:      h > 0. q0: coordinates. v0: n.
  * Memory:  none allocated after the first call in which as many contacts take part (third-party
  *          factorisations excepted; a method that auto falls back on makes its memory when it is
  *          first needed).
@@ -414,20 +422,20 @@ PERP_API perp_status perp_mechanism_check(perp_mechanism *mechanism,
  *          iteration_limit. */
 PERP_API perp_status perp_mechanism_advance(perp_mechanism *mechanism, double *q, double *v,
                                             double *impulse, double *velocity, int32_t *modes,
-                                            double *ray, perp_mechanism_step *step, double t,
-                                            double h, const double *q0,
-                                            const double *v0) PERP_WARN_UNUSED;
+                                            double *ray, perp_mechanism_step *step,
+                                            const perp_mechanism_start *start) PERP_WARN_UNUSED;
 
-/* Steps from t0 to t1: in ceil((t1 - t0) / h) steps of equal length up to rounding, or, with
- * settings.error > 0, in steps chosen by their estimated error (step doubling), the first of h.
+/* Steps from the start's t0 to t1: in ceil((t1 - t0) / h) steps of equal length up to rounding, or,
+ * with settings.error > 0, in steps chosen by their estimated error (step doubling), the first of
+ * h.
  *
  * Returns: as perp_mechanism_advance; t1 <= t0 is refused.
- * Out:     q, v: at result->t; may be q0 and v0.
+ * Out:     q, v: at result->t; may be those of the start.
  *          result: initialised by perp_struct_init.
  * In:      observer: NULL for none. */
 PERP_API perp_status perp_mechanism_run(perp_mechanism *mechanism, double *q, double *v,
-                                        perp_mechanism_run_result *result, double t0, double t1,
-                                        double h, const double *q0, const double *v0,
+                                        perp_mechanism_run_result *result,
+                                        const perp_mechanism_start *start, double t1,
                                         perp_mechanism_observer observer,
                                         void *user) PERP_WARN_UNUSED;
 

@@ -13,8 +13,11 @@
 #define PERP__LAST_perp_compliant_settings resume
 #define PERP__LAST_perp_compliant_stability growth
 #define PERP__LAST_perp_compliant_system one_sided
+#define PERP__LAST_perp_contact_answer ray
+#define PERP__LAST_perp_contact_change dG
 #define PERP__LAST_perp_contact_dynamics G
 #define PERP__LAST_perp_contact_laws bounded
+#define PERP__LAST_perp_contact_problem q
 #define PERP__LAST_perp_contact_result has_ray
 #define PERP__LAST_perp_contact_run again_count
 #define PERP__LAST_perp_contact_sensitivity_info condition
@@ -25,10 +28,12 @@
 #define PERP__LAST_perp_joint_settings friction
 #define PERP__LAST_perp_joint_state friction
 #define PERP__LAST_perp_lcp_enumeration seconds
+#define PERP__LAST_perp_lcp_problem reserved
 #define PERP__LAST_perp_lcp_proof radius
 #define PERP__LAST_perp_lcp_result has_ray
 #define PERP__LAST_perp_lcp_sensitivity_info condition
 #define PERP__LAST_perp_lcp_settings penalty
+#define PERP__LAST_perp_lcp_stack upper
 #define PERP__LAST_perp_load_found rays
 #define PERP__LAST_perp_load_inverse reserved
 #define PERP__LAST_perp_load_settings reserved
@@ -42,6 +47,7 @@
 #define PERP__LAST_perp_mechanism_model user
 #define PERP__LAST_perp_mechanism_run_result evaluations
 #define PERP__LAST_perp_mechanism_settings reserved
+#define PERP__LAST_perp_mechanism_start v
 #define PERP__LAST_perp_mechanism_step exhaustive
 #define PERP__LAST_perp_mechanism_summary patterns
 #define PERP__LAST_perp_ncp_check reserved

@@ -525,10 +525,10 @@ perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact
     solver->is_far = 0;
     status = has_bounds ? find_within(solver, &given, &copy, deadline)
                         : perp__contact_find(solver, &given, deadline);
-    if (status == PERP_OK && (call->v || call->u))
+    if (status == PERP_OK && (call->to.v || call->to.u))
         status = perp__contact_rest(solver);
     if (status == PERP_OK && !solver->rests && solver->settings.raw_velocity != 1 &&
-        (call->v || call->u))
+        (call->to.v || call->to.u))
         status = perp__contact_hold_best(solver);
     if (status == PERP_OK)
         perp__contact_write_out(solver, call, started);

@@ -21,9 +21,7 @@
 
 /* Arguments of one solve. */
 typedef struct perp__contact_call {
-    double *v, *r, *u;
-    int32_t *modes;
-    double *ray;
+    perp_contact_answer to;
     perp_contact_result *result;
     const double *f, *w, *b; /* with dynamics */
     const double *q;         /* with W */

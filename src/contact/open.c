@@ -54,7 +54,7 @@ static perp_status solve(perp_contact_solver *solver, const perp_contact_step *s
     const size_t size = (size_t)work->size;
     const perp_matrix W = perp__view(PERP_STORAGE_COLUMN_MAJOR, work->size, work->size, work->W);
     perp_contact_result result;
-    perp__contact_call call = {.r = work->r, .result = &result, .q = work->q};
+    perp__contact_call call = {.to.r = work->r, .result = &result, .q = work->q};
     perp_contact_laws laws;
     perp_status status = perp_struct_init(&result, sizeof result);
 

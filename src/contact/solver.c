@@ -68,7 +68,7 @@ perp_status perp__contact_check_call(const perp_contact_solver *solver,
     status = perp__struct_check(context, "result", call->result, sizeof *call->result,
                                 PERP__FIRST(perp_contact_result));
     if (size > 0)
-        PERP__THEN(status, perp__check_pointer(context, "r", call->r));
+        PERP__THEN(status, perp__check_pointer(context, "r", call->to.r));
     if (by_W)
         PERP__THEN(status, perp__check_vector(context, "q", call->q, (size_t)size));
     if (!by_W) {
@@ -115,22 +115,22 @@ void perp__contact_write_out(perp_contact_solver *solver, const perp__contact_ca
     const int32_t has_ray = best->outcome == PERP_OUTCOME_RAY;
     perp_contact_result copy = {0};
 
-    perp__copy(call->v, solver->best_v, solver->n);
+    perp__copy(call->to.v, solver->best_v, solver->n);
     if (bounded->count > 0) { /* in the caller's rows */
-        perp__contact_bounded_impulses(bounded, best->r, call->r);
-        if (call->u)
-            perp__contact_bounded_velocities(bounded, best->u, call->u);
-        if (call->ray && has_ray)
-            perp__contact_bounded_velocities(bounded, solver->ray, call->ray);
-        if (call->modes)
-            perp__contact_bounded_modes(bounded, best->modes, best->r, best->u, call->modes);
+        perp__contact_bounded_impulses(bounded, best->r, call->to.r);
+        if (call->to.u)
+            perp__contact_bounded_velocities(bounded, best->u, call->to.u);
+        if (call->to.ray && has_ray)
+            perp__contact_bounded_velocities(bounded, solver->ray, call->to.ray);
+        if (call->to.modes)
+            perp__contact_bounded_modes(bounded, best->modes, best->r, best->u, call->to.modes);
     } else {
-        perp__copy(call->r, best->r, solver->size);
-        perp__copy(call->u, best->u, solver->size);
+        perp__copy(call->to.r, best->r, solver->size);
+        perp__copy(call->to.u, best->u, solver->size);
         if (has_ray)
-            perp__copy(call->ray, solver->ray, solver->size);
-        for (int32_t k = 0; call->modes && k < solver->contacts; k++)
-            call->modes[k] = best->modes[k];
+            perp__copy(call->to.ray, solver->ray, solver->size);
+        for (int32_t k = 0; call->to.modes && k < solver->contacts; k++)
+            call->to.modes[k] = best->modes[k];
     }
     copy.outcome = best->outcome;
     copy.method = best->method;
@@ -235,86 +235,75 @@ perp_status perp_contact_solver_setup_dynamics(perp_contact_solver *solver,
     return PERP__CONTACT_CALL(solver, perp__contact_setup(solver, laws, dynamics, NULL));
 }
 
-static perp_status setup_delassus(perp_contact_solver *solver, const perp_contact_laws *laws,
-                                  const perp_matrix *W)
-{
-    perp_status status = perp__check_pointer(solver->context, "W", W);
-
-    return status == PERP_OK ? perp__contact_setup(solver, laws, NULL, W) : status;
-}
-
 perp_status perp_contact_solver_setup_delassus(perp_contact_solver *solver,
                                                const perp_contact_laws *laws, const perp_matrix *W)
 {
-    return PERP__CONTACT_CALL(solver, setup_delassus(solver, laws, W));
+    return PERP__CONTACT_CALL(solver, W ? perp__contact_setup(solver, laws, NULL, W)
+                                        : perp__check_pointer(solver->context, "W", W));
 }
 
 /* A solve of what was set up in this way, not in the other. */
-static perp_status solve(perp_contact_solver *solver, int32_t other, const perp__contact_call *call)
+static perp_status solve(perp_contact_solver *solver, int32_t other,
+                         const perp_contact_answer *answer, perp__contact_call call)
 {
-    if (solver->entrance != other)
-        return perp__contact_solve(solver, call);
+    const perp_status status = PERP__READ(perp_contact_answer, solver->context, &call.to, answer);
+
+    if (status != PERP_OK || solver->entrance != other)
+        return status != PERP_OK ? status : perp__contact_solve(solver, &call);
     return perp__refuse(solver->context,
                         "the solver was set up with %s: call perp_contact_solver_solve_%s",
                         other == PERP__ENTRANCE_DELASSUS ? "W" : "dynamics",
                         other == PERP__ENTRANCE_DELASSUS ? "delassus" : "dynamics");
 }
 
-perp_status perp_contact_solver_solve_dynamics(perp_contact_solver *solver, double *v, double *r,
-                                               double *u, int32_t *modes, double *ray,
+perp_status perp_contact_solver_solve_dynamics(perp_contact_solver *solver,
+                                               const perp_contact_answer *answer,
                                                perp_contact_result *result, const double *f,
                                                const double *w, const double *b, const double *r0)
 {
-    const perp__contact_call call = {v, r, u, modes, ray, result, f, w, b, NULL, r0};
+    const perp__contact_call call = {.result = result, .f = f, .w = w, .b = b, .r0 = r0};
 
-    return PERP__CONTACT_CALL(solver, solve(solver, PERP__ENTRANCE_DELASSUS, &call));
+    return PERP__CONTACT_CALL(solver, solve(solver, PERP__ENTRANCE_DELASSUS, answer, call));
 }
 
-perp_status perp_contact_solver_solve_delassus(perp_contact_solver *solver, double *r, double *u,
-                                               int32_t *modes, double *ray,
+perp_status perp_contact_solver_solve_delassus(perp_contact_solver *solver,
+                                               const perp_contact_answer *answer,
                                                perp_contact_result *result, const double *q,
                                                const double *r0)
 {
-    const perp__contact_call call = {NULL, r, u, modes, ray, result, NULL, NULL, NULL, q, r0};
+    const perp__contact_call call = {.result = result, .q = q, .r0 = r0};
 
-    return PERP__CONTACT_CALL(solver, solve(solver, PERP__ENTRANCE_DYNAMICS, &call));
+    return PERP__CONTACT_CALL(solver, solve(solver, PERP__ENTRANCE_DYNAMICS, answer, call));
 }
 
-/* With a solver of its own. */
-static perp_status solve_once(perp_context *context, const perp_contact_settings *settings,
-                              const perp_contact_laws *laws, const perp_contact_dynamics *dynamics,
-                              const perp_matrix *W, int32_t by_W, const perp__contact_call *call)
+static perp_status solve_once(perp_context *context, const perp_contact_answer *answer,
+                              const perp_contact_settings *settings,
+                              const perp_contact_problem *problem, perp__contact_call *call)
 {
     perp_contact_solver *solver = NULL;
-    perp_status status = perp__contact_create(context, &solver, settings);
+    perp_contact_problem p = {0};
+    perp_status status = PERP__READ(perp_contact_problem, context, &p, problem);
 
-    PERP__THEN(status, by_W ? setup_delassus(solver, laws, W)
-                            : perp__contact_setup(solver, laws, dynamics, NULL));
+    call->f = p.f;
+    call->w = p.w;
+    call->b = p.b;
+    call->q = p.q;
+    if (status == PERP_OK && p.dynamics && p.W)
+        status = perp__refuse(context, "problem has dynamics and W, expected one of them");
+    PERP__THEN(status, PERP__READ(perp_contact_answer, context, &call->to, answer));
+    PERP__THEN(status, perp__contact_create(context, &solver, settings));
+    PERP__THEN(status, perp__contact_setup(solver, p.laws, p.dynamics, p.W));
     PERP__THEN(status, perp__contact_solve(solver, call));
     perp__handle_end(solver);
     return status;
 }
 
-perp_status perp_contact_solve(perp_context *context, double *v, double *r, double *u,
-                               int32_t *modes, double *ray, perp_contact_result *result,
-                               const perp_contact_settings *settings, const perp_contact_laws *laws,
-                               const perp_contact_dynamics *dynamics, const double *f,
-                               const double *w, const double *b, const double *r0)
+perp_status perp_contact_solve(perp_context *context, const perp_contact_answer *answer,
+                               perp_contact_result *result, const perp_contact_settings *settings,
+                               const perp_contact_problem *problem, const double *r0)
 {
-    const perp__contact_call call = {v, r, u, modes, ray, result, f, w, b, NULL, r0};
+    perp__contact_call call = {.result = result, .r0 = r0};
 
     return PERP__CALL(perp__enter(context), context,
-                      solve_once(context, settings, laws, dynamics, NULL, 0, &call));
-}
-
-perp_status perp_contact_solve_delassus(perp_context *context, double *r, double *u, int32_t *modes,
-                                        double *ray, perp_contact_result *result,
-                                        const perp_contact_settings *settings,
-                                        const perp_contact_laws *laws, const perp_matrix *W,
-                                        const double *q, const double *r0)
-{
-    const perp__contact_call call = {NULL, r, u, modes, ray, result, NULL, NULL, NULL, q, r0};
-
-    return PERP__CALL(perp__enter(context), context,
-                      solve_once(context, settings, laws, NULL, W, 1, &call));
+                      solve_once(context, answer, settings, problem, &call));
 }

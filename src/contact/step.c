@@ -203,8 +203,8 @@ static perp_status solve(perp_contact_solver *solver, perp_contact_step *s, int3
                          const perp_contact_dynamics *dynamics)
 {
     const double *start = s->warm ? s->start : NULL;
-    const perp__contact_call call = {s->v, s->r, s->u, s->modes, NULL, result,
-                                     s->f, s->w, s->b, NULL,     start};
+    const perp__contact_call call = {
+        {0, s->v, s->r, s->u, s->modes, NULL}, result, s->f, s->w, s->b, NULL, start};
     const int32_t keeps = s->warm && s->rests && !changes;
     double *momentum;
     perp_status status = PERP_OK;

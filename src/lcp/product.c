@@ -355,21 +355,21 @@ static perp_outcome search(projected *p)
 
 /* Everything that the caller gave, but for the settings. */
 static perp_status check(perp_context *context, const perp_lcp_result *result, const double *z,
-                         int32_t n, perp_lcp_product product, const double *diagonal,
-                         const double *q, const double *lower, const double *upper,
-                         const double *z0)
+                         const perp_lcp_problem *problem, const double *z0)
 {
+    const int32_t n = problem->n;
+    const double *diagonal = problem->diagonal;
     const size_t count = n > 0 ? (size_t)n : 0;
     perp_status status = PERP__CHECK(perp_lcp_result, context, result);
 
     if (status == PERP_OK && n < 0)
         status = perp__refuse(context, "n is %d, must not be negative", (int)n);
-    if (status == PERP_OK && !product)
-        status = perp__refuse(context, "product is NULL");
+    if (status == PERP_OK && problem->M)
+        status = perp__refuse(context, "problem has M and a product, expected one of them");
     if (status == PERP_OK && n > 0)
         status = perp__check_pointer(context, "z", z);
-    PERP__THEN(status, perp__check_vector(context, "q", q, count));
-    PERP__THEN(status, perp__check_bounds(context, lower, upper, count));
+    PERP__THEN(status, perp__check_vector(context, "q", problem->q, count));
+    PERP__THEN(status, perp__check_bounds(context, problem->lower, problem->upper, count));
     PERP__THEN(status, perp__check_finite(context, "diagonal", diagonal, count));
     PERP__THEN(status, perp__check_finite(context, "z0", z0, count));
     for (int32_t i = 0; i < n && diagonal && status == PERP_OK; i++)
@@ -446,8 +446,7 @@ static void write_answer(const projected *p, double *z, double *w, perp_lcp_resu
 }
 
 static perp_status solve(projected *p, double *z, double *w, perp_lcp_result *result,
-                         const double *diagonal, const double *q, const double *lower,
-                         const double *upper, const double *z0)
+                         const perp_lcp_problem *problem, const double *z0)
 {
     const double started = perp__now();
     perp_lcp_result copy = {.method = PERP_LCP_MPRGP};
@@ -461,33 +460,29 @@ static perp_status solve(projected *p, double *z, double *w, perp_lcp_result *re
         .monitor_user = p->settings.monitor_user,
         .method = PERP_LCP_MPRGP,
         .deadline = p->settings.time_limit > 0.0 ? started + p->settings.time_limit : 0.0};
-    scale_problem(p, diagonal, q, lower, upper, z0);
+    scale_problem(p, problem->diagonal, problem->q, problem->lower, problem->upper, z0);
     copy.outcome = search(p);
     if (p->status == PERP_OK && p->control.aborted)
         p->status = perp__fail(p->context, PERP_ERROR_CALLBACK, "the monitor ended the call");
     if (p->status != PERP_OK)
         return p->status;
-    write_answer(p, z, w, &copy, lower, upper);
+    write_answer(p, z, w, &copy, problem->lower, problem->upper);
     copy.iterations = p->products;
     copy.seconds = perp__now() - started;
     perp__struct_write(result, &copy, sizeof copy);
     return PERP_OK;
 }
 
-perp_status perp_lcp_solve_product(perp_context *context, double *z, double *w,
-                                   perp_lcp_result *result, const perp_lcp_settings *settings,
-                                   int32_t n, perp_lcp_product product, void *user,
-                                   const double *diagonal, const double *q, const double *lower,
-                                   const double *upper, const double *z0)
+perp_status perp__lcp_solve_product(perp_context *context, double *z, double *w,
+                                    perp_lcp_result *result, const perp_lcp_settings *settings,
+                                    const perp_lcp_problem *problem, const double *z0)
 {
-    projected p = {.context = context, .n = n, .product = product, .user = user};
-    perp_status status = perp__enter(context);
+    projected p = {
+        .context = context, .n = problem->n, .product = problem->product, .user = problem->user};
+    perp_status status = perp__lcp_settings_read(context, &p.settings, settings);
 
-    if (status != PERP_OK)
-        return status;
-    status = perp__lcp_settings_read(context, &p.settings, settings);
-    PERP__THEN(status, check(context, result, z, n, product, diagonal, q, lower, upper, z0));
-    PERP__THEN(status, solve(&p, z, w, result, diagonal, q, lower, upper, z0));
+    PERP__THEN(status, check(context, result, z, problem, z0));
+    PERP__THEN(status, solve(&p, z, w, result, problem, z0));
     perp__arena_release(&p.arena);
-    return perp__leave(context, status);
+    return status;
 }

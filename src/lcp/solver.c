@@ -422,24 +422,30 @@ perp_status perp_lcp_solver_solve(perp_lcp_solver *solver, double *z, double *w,
 
 perp_status perp_lcp_solve(perp_context *context, double *z, double *w, double *ray,
                            perp_lcp_result *result, const perp_lcp_settings *settings,
-                           const perp_matrix *M, const double *q, const double *lower,
-                           const double *upper, const double *z0)
+                           const perp_lcp_problem *problem, const double *z0)
 {
     double room[SMALL_ROOM]; /* small problems, so the solver and what it needs, take no memory */
     perp_lcp_solver solver = {.kind = &kind, .context = context};
+    perp_lcp_problem p = {0};
     perp_status status = perp__enter(context);
     double deadline = 0.0;
 
     if (status != PERP_OK)
         return status;
+    status = PERP__READ(perp_lcp_problem, context, &p, problem);
+    if (status != PERP_OK || p.product)
+        return perp__leave(context,
+                           status != PERP_OK
+                               ? status
+                               : perp__lcp_solve_product(context, z, w, result, settings, &p, z0));
     perp__arena_lend(&solver.arena, context, room, sizeof room);
     status = begin(&solver, settings);
     if (solver.settings.time_limit > 0.0)
         deadline = perp__now() + solver.settings.time_limit;
-    PERP__THEN(status, perp__lcp_setup(&solver, M, lower, upper));
+    PERP__THEN(status, perp__lcp_setup(&solver, p.M, p.lower, p.upper));
     if (deadline > 0.0) /* what the set-up left */
         solver.settings.time_limit = perp__time_left(deadline);
-    PERP__THEN(status, perp__lcp_solve(&solver, z, w, ray, result, q, z0));
+    PERP__THEN(status, perp__lcp_solve(&solver, z, w, ray, result, p.q, z0));
     release(&solver);
     return perp__leave(context, status);
 }

@@ -22,7 +22,7 @@ perp_status perp__mechanism_check_state(perp_mechanism *m, double t, const doubl
     return status == PERP_OK ? perp__check_finite(m->context, "t", &t, 1) : status;
 }
 
-perp_status perp__mechanism_check_start(perp_mechanism *m, const perp__start *from)
+perp_status perp__mechanism_check_start(perp_mechanism *m, const perp_mechanism_start *from)
 {
     const perp_status status = perp__mechanism_check_state(m, from->t, from->q, from->v);
 
@@ -40,7 +40,7 @@ void perp__stay(const perp_mechanism *m, perp__motion *to, const double *q, cons
 }
 
 perp_status perp__take_step(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
-                            const perp__start *from)
+                            const perp_mechanism_start *from)
 {
     static perp__scheme *const schemes[] = {perp__advance_frozen, perp__advance_implicit,
                                             perp__advance_theta};
@@ -80,7 +80,7 @@ static int32_t let_go(perp_mechanism *m, const perp__motion *to)
 }
 
 perp_status perp__advance_from(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
-                               const perp__start *from)
+                               const perp_mechanism_start *from)
 {
     perp_status status;
 
@@ -93,11 +93,10 @@ perp_status perp__advance_from(perp_mechanism *m, perp__motion *to, perp_mechani
 
 perp_status perp_mechanism_advance(perp_mechanism *mechanism, double *q, double *v, double *impulse,
                                    double *velocity, int32_t *modes, double *ray,
-                                   perp_mechanism_step *step, double t, double h, const double *q0,
-                                   const double *v0)
+                                   perp_mechanism_step *step, const perp_mechanism_start *start)
 {
     perp_mechanism *m = mechanism;
-    const perp__start from = {t, h, q0, v0};
+    perp_mechanism_start from = {0};
     perp_mechanism_step copy;
     perp_status status = perp__mechanism_enter(m);
 
@@ -106,6 +105,7 @@ perp_status perp_mechanism_advance(perp_mechanism *mechanism, double *q, double 
     status = perp__check_pointer(m->context, "q", q);
     PERP__THEN(status, perp__check_pointer(m->context, "v", v));
     PERP__THEN(status, PERP__CHECK(perp_mechanism_step, m->context, step));
+    PERP__THEN(status, PERP__READ(perp_mechanism_start, m->context, &from, start));
     PERP__THEN(status, perp__mechanism_check_start(m, &from));
     m->keeps = 0; /* between calls what the callbacks read may have changed */
     PERP__THEN(status, perp__advance_from(m, &m->next, &copy, &from));

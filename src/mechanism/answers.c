@@ -14,7 +14,8 @@
 #include "mechanism/accelerations/accelerations.h"
 
 /* With m->begin evaluated and the step prepared. */
-static perp_status find(perp_mechanism *m, perp_mechanism_summary *summary, const perp__start *from)
+static perp_status find(perp_mechanism *m, perp_mechanism_summary *summary,
+                        const perp_mechanism_start *from)
 {
     perp__acceleration *a;
     perp_status status = perp__acceleration_open(m);
@@ -52,7 +53,8 @@ static perp_status find(perp_mechanism *m, perp_mechanism_summary *summary, cons
 }
 
 perp_status perp__select_answer(perp_mechanism *m, perp_mechanism_step *step,
-                                const perp__velocity_problem *problem, const perp__start *from)
+                                const perp__velocity_problem *problem,
+                                const perp_mechanism_start *from)
 {
     perp__motion *answer = &m->answer;
     const perp__answer *a, *found = NULL;
@@ -107,7 +109,7 @@ perp_status perp_mechanism_answers(perp_mechanism *mechanism, perp_mechanism_sum
                                    double t, double h, const double *q0, const double *v0)
 {
     perp_mechanism *m = mechanism;
-    const perp__start from = {t, h, q0, v0};
+    const perp_mechanism_start from = {.t = t, .h = h, .q = q0, .v = v0};
     perp_mechanism_summary copy;
     perp_status status = perp__mechanism_enter(m);
 

@@ -65,6 +65,7 @@ perp_status perp__assembly_solve(perp_mechanism *m, perp__assembly *a, int32_t b
     const perp_matrix G = perp__view(PERP_STORAGE_ROW_MAJOR, bilateral, a->columns, a->G);
     perp_contact_laws laws;
     perp_contact_dynamics dynamics;
+    const perp_contact_answer found = {sizeof found, a->v, a->r, a->u, a->modes, a->ray};
     perp_contact_result result;
     perp_status status = PERP_OK;
 
@@ -87,8 +88,7 @@ perp_status perp__assembly_solve(perp_mechanism *m, perp__assembly *a, int32_t b
     }
     PERP__ASK(status, m->context, perp_contact_solver_setup_dynamics(a->solver, &laws, &dynamics));
     PERP__ASK(status, m->context,
-              perp_contact_solver_solve_dynamics(a->solver, a->v, a->r, a->u, a->modes, a->ray,
-                                                 &result, a->f, a->w, a->b,
+              perp_contact_solver_solve_dynamics(a->solver, &found, &result, a->f, a->w, a->b,
                                                  a->starts ? a->start : NULL));
     if (status != PERP_OK) { /* the solver's message, and what it was solving */
         char message[PERP__MESSAGE_SIZE];

@@ -69,12 +69,6 @@ typedef struct perp__motion {
     double residual;
 } perp__motion;
 
-/* Where a step begins, and its length. */
-typedef struct perp__start {
-    double t, h;
-    const double *q, *v;
-} perp__start;
-
 /* The contact solver with the problem that it is given. */
 typedef struct perp__assembly {
     perp__arena arena;
@@ -263,7 +257,7 @@ double perp__gap_rounding(const perp_mechanism *m, const perp__terms *terms, int
 
 /* ---- the schemes: from that start to `to`; fill step, but not seconds and evaluations ---- */
 typedef perp_status perp__scheme(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
-                                 const perp__start *from);
+                                 const perp_mechanism_start *from);
 perp__scheme perp__advance_frozen, perp__advance_implicit, perp__advance_theta;
 /* to := that state, without impulses. */
 void perp__stay(const perp_mechanism *m, perp__motion *to, const double *q, const double *v);
@@ -276,11 +270,12 @@ perp__scheme perp__advance_from;
 /* With m->begin's rows evaluated: speeds at the start, shifts, and the contacts that touch. A gap
  * that is no more than rounding of q counts as 0: moving by it would not change q, and a body at
  * rest would keep a velocity of rounding. */
-void perp__prepare_contacts(perp_mechanism *m, const perp__start *from);
+void perp__prepare_contacts(perp_mechanism *m, const perp_mechanism_start *from);
 /* m->momentum := M v + h k, and the bounds of dry friction. */
-void perp__prepare_impulses(perp_mechanism *m, const perp__terms *terms, const perp__start *from);
+void perp__prepare_impulses(perp_mechanism *m, const perp__terms *terms,
+                            const perp_mechanism_start *from);
 /* With all of it: momentum, coefficients, bounds and the contacts within reach, too. */
-void perp__prepare_step(perp_mechanism *m, const perp__start *from);
+void perp__prepare_step(perp_mechanism *m, const perp_mechanism_start *from);
 /* m->free: the velocities that m->momentum has without impulses; includes what they reach. */
 void perp__include_reached(perp_mechanism *m, const perp__terms *terms);
 /* The impact of the contacts that are not apart, at (t, to): a frozen step of no length. */
@@ -299,7 +294,8 @@ perp_status perp__finish_step(perp_mechanism *m, perp__motion *to, perp_mechanis
 /* With the step prepared: where its problem has several answers, m->answer becomes the one that the
  * settings select. Writes step->answers and exhaustive. */
 perp_status perp__select_answer(perp_mechanism *m, perp_mechanism_step *step,
-                                const perp__velocity_problem *problem, const perp__start *from);
+                                const perp__velocity_problem *problem,
+                                const perp_mechanism_start *from);
 
 /* ---- impact.c ---- */
 /* p of contact j, which slides with `speed` at the step's start; M^-1 of the force n - mu d is left
@@ -361,6 +357,6 @@ perp_status perp__mechanism_enter(perp_mechanism *m);
 int32_t perp__mechanism_is_late(const perp_mechanism *m);
 perp_status perp__mechanism_check_state(perp_mechanism *m, double t, const double *q,
                                         const double *v);
-perp_status perp__mechanism_check_start(perp_mechanism *m, const perp__start *from);
+perp_status perp__mechanism_check_start(perp_mechanism *m, const perp_mechanism_start *from);
 
 #endif

@@ -129,7 +129,7 @@ static perp_status run_equal(perp__run *run, double t0, double t1, double h)
 
     for (k = 1.0; k <= count && status == PERP_OK && !run->ended; k += 1.0) {
         const double t = k == count ? t1 : t0 + k * length;
-        const perp__start from = {run->t, length, m->now.q, m->now.v};
+        const perp_mechanism_start from = {.t = run->t, .h = length, .q = m->now.q, .v = m->now.v};
 
         status = perp__advance_from(m, &m->next, &step, &from);
         if (m->kept_t != t &&
@@ -141,14 +141,13 @@ static perp_status run_equal(perp__run *run, double t0, double t1, double h)
 }
 
 perp_status perp_mechanism_run(perp_mechanism *mechanism, double *q, double *v,
-                               perp_mechanism_run_result *result, double t0, double t1, double h,
-                               const double *q0, const double *v0, perp_mechanism_observer observer,
-                               void *user)
+                               perp_mechanism_run_result *result, const perp_mechanism_start *start,
+                               double t1, perp_mechanism_observer observer, void *user)
 {
     perp_mechanism *m = mechanism;
     const double began = perp__now();
-    const perp__start from = {t0, h, q0, v0};
-    perp__run run = {.m = m, .observer = observer, .user = user, .t = t0, .end = t1};
+    perp_mechanism_start from = {0};
+    perp__run run = {.m = m, .observer = observer, .user = user, .end = t1};
     perp_mechanism_step step;
     perp_status status = perp__mechanism_enter(m);
     int64_t before;
@@ -160,26 +159,27 @@ perp_status perp_mechanism_run(perp_mechanism *mechanism, double *q, double *v,
     status = perp__check_pointer(m->context, "q", q);
     PERP__THEN(status, perp__check_pointer(m->context, "v", v));
     PERP__THEN(status, PERP__CHECK(perp_mechanism_run_result, m->context, result));
-    PERP__THEN(status, perp__check_finite(m->context, "t0", &t0, 1));
+    PERP__THEN(status, PERP__READ(perp_mechanism_start, m->context, &from, start));
     PERP__THEN(status, perp__mechanism_check_start(m, &from));
-    if (status == PERP_OK && !(t1 > t0 && isfinite(t1)))
-        status = perp__refuse(m->context, "t1 is %g, expected more than t0 = %g", t1, t0);
-    if (status == PERP_OK && (t1 - t0) / h > 1e15)
-        status = perp__refuse(m->context, "h is %g: too many steps to %g", h, t1);
+    if (status == PERP_OK && !(t1 > from.t && isfinite(t1)))
+        status = perp__refuse(m->context, "t1 is %g, expected more than t0 = %g", t1, from.t);
+    if (status == PERP_OK && (t1 - from.t) / from.h > 1e15)
+        status = perp__refuse(m->context, "h is %g: too many steps to %g", from.h, t1);
     /* 2. the start */
     perp_struct_init(&step, sizeof step);
     step.error = run.result.error = (double)NAN;
     m->keeps = 0;
+    run.t = from.t;
     if (status == PERP_OK) {
-        perp__stay(m, &m->now, q0, v0);
+        perp__stay(m, &m->now, from.q, from.v);
         status = show(&run, 0.0, &step);
     }
     if (status == PERP_OK && !run.ended)
         status = begin_overlap(&run);
     /* 3. the steps */
     if (status == PERP_OK && !run.ended)
-        status =
-            m->settings.error > 0.0 ? perp__run_adaptive(&run, t1, h) : run_equal(&run, t0, t1, h);
+        status = m->settings.error > 0.0 ? perp__run_adaptive(&run, t1, from.h)
+                                         : run_equal(&run, from.t, t1, from.h);
     if (status == PERP_OK) {
         memcpy(q, m->now.q, (size_t)m->coordinates * sizeof *q);
         memcpy(v, m->now.v, (size_t)m->n * sizeof *v);

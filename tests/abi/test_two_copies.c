@@ -29,8 +29,7 @@ typedef struct library {
     const char *(*message)(const perp_context *);
     perp_status (*matrix_dense)(perp_matrix *, int32_t, int32_t, int32_t, const double *, int64_t);
     perp_status (*solve)(perp_context *, double *, double *, double *, perp_lcp_result *,
-                         const perp_lcp_settings *, const perp_matrix *, const double *,
-                         const double *, const double *, const double *);
+                         const perp_lcp_settings *, const perp_lcp_problem *, const double *);
 } library;
 
 typedef struct fixture {
@@ -141,8 +140,8 @@ static void solve_small(library *copy, double *z, double *w)
     assert_int_equal(copy->struct_init(&view, sizeof view), PERP_OK);
     assert_int_equal(copy->matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, 2, 2, M, 2), PERP_OK);
     assert_int_equal(copy->struct_init(&result, sizeof result), PERP_OK);
-    assert_int_equal(
-        copy->solve(copy->context, z, w, NULL, &result, NULL, &view, q, NULL, NULL, NULL), PERP_OK);
+    assert_int_equal(copy->solve(copy->context, z, w, NULL, &result, NULL, LCP(&view, q), NULL),
+                     PERP_OK);
     assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
 }
 
@@ -161,7 +160,7 @@ static void test_messages_stay_apart(void **state)
     fixture *f = *state;
     library *one = &f->copies[0], *two = &f->copies[1];
     double z[2], w[2];
-    assert_true(one->solve(one->context, z, w, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL) < 0);
+    assert_true(one->solve(one->context, z, w, NULL, NULL, NULL, NULL, NULL) < 0);
     assert_true(one->message(one->context)[0] != '\0');
     assert_string_equal(two->message(two->context), "");
     solve_small(two, z, w);
@@ -175,7 +174,7 @@ static void test_handles_stay_apart(void **state)
     library *one = &f->copies[0], *two = &f->copies[1];
     perp_lcp_solver *solver = NULL;
     double z[2], w[2];
-    assert_int_equal(two->solve(one->context, z, w, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL),
+    assert_int_equal(two->solve(one->context, z, w, NULL, NULL, NULL, NULL, NULL),
                      PERP_ERROR_HANDLE);
     assert_string_equal(two->message(one->context), "");
     two->destroy(one->context); /* ignored */

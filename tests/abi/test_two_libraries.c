@@ -23,9 +23,8 @@ typedef struct fixture {
     perp_status (*create)(perp_context *, perp_mechanism **, const perp_mechanism_settings *,
                           const perp_mechanism_model *);
     void (*destroy)(perp_mechanism *);
-    perp_status (*run)(perp_mechanism *, double *, double *, perp_mechanism_run_result *, double,
-                       double, double, const double *, const double *, perp_mechanism_observer,
-                       void *);
+    perp_status (*run)(perp_mechanism *, double *, double *, perp_mechanism_run_result *,
+                       const perp_mechanism_start *, double, perp_mechanism_observer, void *);
 } fixture;
 
 static void *allocate(size_t size, void *user)
@@ -130,8 +129,8 @@ static double fall(const fixture *f, perp_mechanism *mechanism)
     perp_mechanism_run_result result;
 
     assert_int_equal(perp_struct_init(&result, sizeof result), PERP_OK);
-    assert_int_equal(f->run(mechanism, &q, &v, &result, 0.0, 4.0, 0.125, &q0, &v0, NULL, NULL),
-                     PERP_OK);
+    assert_int_equal(
+        f->run(mechanism, &q, &v, &result, START(0.0, 0.125, &q0, &v0), 4.0, NULL, NULL), PERP_OK);
     assert_true(v == 0.0);
     return q;
 }

@@ -90,8 +90,8 @@ static perp_status make_sensitivity(perp_context *context, void **made)
     perp_matrix M = unit_matrix();
 
     assert_int_equal(perp_struct_init(&info, sizeof info), PERP_OK);
-    return perp_lcp_sensitivity_create(context, (perp_lcp_sensitivity **)made, &info, NULL, &M,
-                                       &minus_one, NULL, NULL, &one);
+    return perp_lcp_sensitivity_create(context, (perp_lcp_sensitivity **)made, &info, NULL,
+                                       LCP(&M, &minus_one), &one);
 }
 
 static perp_status misuse_sensitivity(void *handle)
@@ -177,7 +177,8 @@ static perp_status make_mechanism(perp_context *context, void **made)
 
 static perp_status misuse_mechanism(void *handle)
 {
-    return perp_mechanism_run(handle, NULL, NULL, NULL, 0.0, 1.0, 0.5, NULL, NULL, NULL, NULL);
+    return perp_mechanism_run(handle, NULL, NULL, NULL, START(0.0, 0.5, NULL, NULL), 1.0, NULL,
+                              NULL);
 }
 
 static perp_status make_world(perp_context *context, void **made)
@@ -359,9 +360,9 @@ static void test_the_log_does_not_destroy_a_context_without_handles(void **state
     }
     called = 0;
     hostile = 1;
-    assert_int_equal(
-        perp_lcp_batch(context, NULL, NULL, NULL, NULL, NULL, 1, 1, 1, NULL, NULL, NULL, NULL),
-        PERP_ERROR_ARGUMENT);
+    assert_int_equal(perp_lcp_batch(context, NULL, NULL, NULL, NULL, NULL, 1,
+                                    LCP_STACK(1, 1, NULL, NULL, NULL, NULL)),
+                     PERP_ERROR_ARGUMENT);
     hostile = 0;
     assert_true(called > 0);
     assert_true(strlen(perp_context_message(context)) > 0);
@@ -402,9 +403,9 @@ static void test_callbacks_of_users_destroy_nothing(void **state)
     settings.monitor = stop_lcp;
     called = 0;
     hostile = 1;
-    assert_int_equal(perp_lcp_solve(context, &z, NULL, NULL, &result, &settings, &M, &minus_one,
-                                    NULL, NULL, NULL),
-                     PERP_OK);
+    assert_int_equal(
+        perp_lcp_solve(context, &z, NULL, NULL, &result, &settings, LCP(&M, &minus_one), NULL),
+        PERP_OK);
     assert_true(called > 0 && z == 1.0);
     require_alive();
     assert_int_equal(perp_struct_init(&problem, sizeof problem), PERP_OK);
@@ -420,7 +421,8 @@ static void test_callbacks_of_users_destroy_nothing(void **state)
     called = 0;
     hostile = 1;
     assert_int_equal(
-        perp_mechanism_run(handles[6], &q, &v, &run, 0.0, 1.0, 0.5, &q0, &v0, NULL, NULL), PERP_OK);
+        perp_mechanism_run(handles[6], &q, &v, &run, START(0.0, 0.5, &q0, &v0), 1.0, NULL, NULL),
+        PERP_OK);
     assert_true(called > 0 && v == 1.0); /* unit force on unit mass for unit time, exactly */
     require_alive();
 }
@@ -525,25 +527,21 @@ static void test_nothing_is_made_from_a_destroyed_context(void **state)
         if (kinds[k].make(context, &made) != PERP_ERROR_HANDLE || made != (void *)&made)
             fail_msg("%s: made from a destroyed context", kinds[k].name);
     }
-    assert_int_equal(
-        perp_lcp_solve(context, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL),
-        PERP_ERROR_HANDLE);
-    assert_int_equal(perp_lcp_verify(context, NULL, NULL, NULL, NULL, NULL, NULL, NULL),
+    assert_int_equal(perp_lcp_solve(context, NULL, NULL, NULL, NULL, NULL, LCP(NULL), NULL),
                      PERP_ERROR_HANDLE);
-    assert_int_equal(perp_lcp_all(context, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL),
+    assert_int_equal(perp_lcp_verify(context, NULL, NULL, LCP(NULL), NULL), PERP_ERROR_HANDLE);
+    assert_int_equal(perp_lcp_all(context, NULL, NULL, LCP(NULL), NULL, NULL), PERP_ERROR_HANDLE);
+    assert_int_equal(perp_lcp_batch(context, NULL, NULL, NULL, NULL, NULL, 1,
+                                    LCP_STACK(1, 1, NULL, NULL, NULL, NULL)),
                      PERP_ERROR_HANDLE);
-    assert_int_equal(
-        perp_lcp_batch(context, NULL, NULL, NULL, NULL, NULL, 1, 1, 1, NULL, NULL, NULL, NULL),
-        PERP_ERROR_HANDLE);
     assert_int_equal(perp_ncp_solve(context, NULL, NULL, NULL, NULL, NULL, NULL),
                      PERP_ERROR_HANDLE);
     assert_int_equal(perp_ncp_check_jacobian(context, NULL, NULL, NULL), PERP_ERROR_HANDLE);
-    assert_int_equal(perp_contact_solve(context, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL,
-                                        NULL, NULL, NULL, NULL, NULL),
+    assert_int_equal(perp_contact_solve(context, ANSWER(NULL), NULL, NULL, DYNAMICS(NULL), NULL),
                      PERP_ERROR_HANDLE);
-    assert_int_equal(perp_contact_solve_delassus(context, NULL, NULL, NULL, NULL, NULL, NULL, NULL,
-                                                 NULL, NULL, NULL),
-                     PERP_ERROR_HANDLE);
+    assert_int_equal(
+        perp_contact_solve(context, ANSWER(NULL), NULL, NULL, DELASSUS(NULL, NULL, NULL), NULL),
+        PERP_ERROR_HANDLE);
     assert_int_equal(perp_stribeck_force(context, NULL, NULL, NULL, 0.0), PERP_ERROR_HANDLE);
     assert_int_equal(perp_lugre_force(context, NULL, NULL, NULL, 0.0, 0.0), PERP_ERROR_HANDLE);
     assert_int_equal(perp_lugre_step(context, NULL, NULL, NULL, NULL, 0.0, 0.0, 1.0),

@@ -89,8 +89,8 @@ static void solve_contact(worker *w)
     perp_contact_result result;
 
     require(w, perp_struct_init(&result, sizeof result) == PERP_OK);
-    require(w, perp_contact_solver_solve_delassus(w->contact, r, NULL, NULL, NULL, &result, q,
-                                                  NULL) == PERP_OK);
+    require(w, perp_contact_solver_solve_delassus(w->contact, ANSWER(NULL, r), &result, q, NULL) ==
+                   PERP_OK);
     require(w, fabs(r[0] - w->mass) <= 1e-7 * w->mass);
     require(w, fabs(r[1] + 0.5 * w->mass) <= 1e-7 * w->mass);
 }
@@ -132,8 +132,8 @@ static void solve_batch(worker *w)
     const double M[8] = {1, 0, 0, 1, 1, 0, 0, 1}, q[4] = {-1, 1, 1, 1};
     double z[4];
 
-    require(w, perp_lcp_batch(w->context, z, NULL, NULL, NULL, NULL, 2, 2, 2, M, q, NULL, NULL) ==
-                   PERP_OK);
+    require(w, perp_lcp_batch(w->context, z, NULL, NULL, NULL, NULL, 2,
+                              LCP_STACK(2, 2, M, q, NULL, NULL)) == PERP_OK);
     require(w, z[0] == 1 && z[1] == 0 && z[2] == 0 && z[3] == 0);
 }
 

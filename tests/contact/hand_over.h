@@ -95,8 +95,8 @@ static inline void hand_make(hand_over *p, uint64_t seed, int32_t n, int32_t con
 
 static inline perp_status hand_solve(hand_over *p, perp_context *context, const double *r0)
 {
-    return perp_contact_solve(context, p->v, p->r, p->u, p->modes, p->ray, &p->result, &p->settings,
-                              &p->laws, &p->dynamics, p->f, p->w, p->b, r0);
+    return perp_contact_solve(context, ANSWER(p->v, p->r, p->u, p->modes, p->ray), &p->result,
+                              &p->settings, DYNAMICS(&p->laws, &p->dynamics, p->f, p->w, p->b), r0);
 }
 
 /* The largest violation of dynamics, Signorini and Coulomb, in the problem's own units. */

@@ -139,7 +139,7 @@ static void test_creation(void **state)
 
 static perp_status solve_again(perp_contact_solver *solver, hand_over *p, const double *r0)
 {
-    return perp_contact_solver_solve_dynamics(solver, p->v, p->r, p->u, p->modes, p->ray,
+    return perp_contact_solver_solve_dynamics(solver, ANSWER(p->v, p->r, p->u, p->modes, p->ray),
                                               &p->result, p->f, p->w, p->b, r0);
 }
 

@@ -527,8 +527,8 @@ static void refuse(double lower, double upper, double h, perp_status expected, i
     dynamics.n = 1;
     dynamics.M = &M;
     dynamics.H = &H;
-    assert_int_equal(perp_contact_solve(both_context, NULL, &r, NULL, NULL, NULL, &result,
-                                        &settings, &laws, &dynamics, &f, &f, NULL, NULL),
+    assert_int_equal(perp_contact_solve(both_context, ANSWER(NULL, &r), &result, &settings,
+                                        DYNAMICS(&laws, &dynamics, &f, &f), NULL),
                      expected);
     if (!strstr(perp_context_message(both_context), text))
         fail_msg("'%s' without '%s'", perp_context_message(both_context), text);

@@ -45,8 +45,8 @@ static void solve_delassus(answer *a, const perp_contact_laws *laws, int32_t con
     memset(a, 0, sizeof *a);
     view = matrix_rows(W, size, size);
     assert_int_equal(perp_struct_init(&a->result, sizeof a->result), PERP_OK);
-    assert_int_equal(perp_contact_solve_delassus(context, a->r, a->u, a->modes, a->ray, &a->result,
-                                                 &settings, laws, &view, q, NULL),
+    assert_int_equal(perp_contact_solve(context, ANSWER(NULL, a->r, a->u, a->modes, a->ray),
+                                        &a->result, &settings, DELASSUS(laws, &view, q), NULL),
                      PERP_OK);
 }
 
@@ -144,8 +144,8 @@ static void test_dynamics(void **state)
         dynamics.H = &views[1];
         dynamics.G = joint ? &views[2] : NULL;
         assert_int_equal(perp_struct_init(&a.result, sizeof a.result), PERP_OK);
-        assert_int_equal(perp_contact_solve(context, a.v, a.r, a.u, a.modes, NULL, &a.result,
-                                            &settings, &laws, &dynamics, f, w, NULL, NULL),
+        assert_int_equal(perp_contact_solve(context, ANSWER(a.v, a.r, a.u, a.modes), &a.result,
+                                            &settings, DYNAMICS(&laws, &dynamics, f, w), NULL),
                          PERP_OK);
         require_solved(&a);
         /* r_n = 8; sliding: r_t = -4, v = (12 - 4) / 4; held: v = 0 */
@@ -198,8 +198,8 @@ static void test_refinement(void **state)
     dynamics.n = N;
     dynamics.M = &mass;
     dynamics.H = &none;
-    assert_int_equal(perp_contact_solve(context, v, NULL, NULL, NULL, NULL, &result, &settings,
-                                        &laws, &dynamics, f, NULL, NULL, NULL),
+    assert_int_equal(perp_contact_solve(context, ANSWER(v), &result, &settings,
+                                        DYNAMICS(&laws, &dynamics, f), NULL),
                      PERP_OK);
     assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
     for (i = 0; i < N; i++)

@@ -128,10 +128,10 @@ static void test_loads_and_determinism(void **state)
         for (round = 0; round < 5; round++) {
             for (i = 0; i < p.n; i++)
                 p.f[i] = sin(3.0 * i + round);
-            assert_int_equal(perp_contact_solver_solve_dynamics(solver, p.v, p.r, p.u, p.modes,
-                                                                p.ray, &p.result, p.f, p.w, p.b,
-                                                                NULL),
-                             PERP_OK);
+            assert_int_equal(
+                perp_contact_solver_solve_dynamics(solver, ANSWER(p.v, p.r, p.u, p.modes, p.ray),
+                                                   &p.result, p.f, p.w, p.b, NULL),
+                PERP_OK);
             assert_true(p.result.outcome <= PERP_OUTCOME_ROUNDING_LIMIT);
             once = p;
             hand_views(&once);

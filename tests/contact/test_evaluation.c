@@ -125,8 +125,8 @@ static void judge(perp_contact_result *result, int32_t dim, double mu, const dou
     laws.contacts = 1;
     laws.dim = dim;
     laws.mu = &mu;
-    assert_int_equal(perp_contact_solve_delassus(context, r, u, NULL, NULL, result, &settings,
-                                                 &laws, &view, q, r0),
+    assert_int_equal(perp_contact_solve(context, ANSWER(NULL, r, u), result, &settings,
+                                        DELASSUS(&laws, &view, q), r0),
                      PERP_OK);
     assert_int_equal(result->method, PERP_CONTACT_METHOD_POLISH);
     assert_int_equal(result->outcome, PERP_OUTCOME_SOLVED);

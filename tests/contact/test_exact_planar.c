@@ -181,8 +181,8 @@ static void check(perp_context *context, const planar *p, int32_t method, uint64
     laws.contacts = p->contacts;
     laws.dim = 2;
     laws.mu = mu;
-    assert_int_equal(perp_contact_solve_delassus(context, r, u, NULL, NULL, &result, &settings,
-                                                 &laws, &view, q, NULL),
+    assert_int_equal(perp_contact_solve(context, ANSWER(NULL, r, u), &result, &settings,
+                                        DELASSUS(&laws, &view, q), NULL),
                      PERP_OK);
     if (result.outcome != PERP_OUTCOME_SOLVED && result.outcome != PERP_OUTCOME_ROUNDING_LIMIT) {
         /* pivoting and all that auto has must not fail; a single method may */

@@ -45,9 +45,9 @@ static void test_edge_of_sticking(void **state)
                         laws.contacts = 1;
                         laws.dim = dim;
                         laws.mu = &mu;
-                        assert_int_equal(perp_contact_solve_delassus(context, r, u, &mode, NULL,
-                                                                     &result, &settings, &laws,
-                                                                     &view, q, NULL),
+                        assert_int_equal(perp_contact_solve(context, ANSWER(NULL, r, u, &mode),
+                                                            &result, &settings,
+                                                            DELASSUS(&laws, &view, q), NULL),
                                          PERP_OK);
                         assert_int_equal(mode, above ? PERP_CONTACT_STICK : PERP_CONTACT_SLIP);
                         if (above)
@@ -98,8 +98,8 @@ static void test_two_blocks(void **state)
                 dynamics.n = 4;
                 dynamics.M = &mass;
                 dynamics.H = &rows;
-                assert_int_equal(perp_contact_solve(context, v, r, NULL, NULL, NULL, &result,
-                                                    &settings, &laws, &dynamics, f, w, NULL, NULL),
+                assert_int_equal(perp_contact_solve(context, ANSWER(v, r), &result, &settings,
+                                                    DYNAMICS(&laws, &dynamics, f, w), NULL),
                                  PERP_OK);
                 if (result.outcome > PERP_OUTCOME_ROUNDING_LIMIT)
                     fail_msg("ratio %g, order %d, %s: %s, residual %g", ratios[a], (int)order,
@@ -137,8 +137,8 @@ static void test_inner_problems_that_overflow(void **state)
             laws.contacts = 2;
             laws.dim = 1;
             laws.mu = mu;
-            if (perp_contact_solve_delassus(context, r, u, NULL, NULL, &result, &settings, &laws,
-                                            &view, q, NULL) != PERP_OK)
+            if (perp_contact_solve(context, ANSWER(NULL, r, u), &result, &settings,
+                                   DELASSUS(&laws, &view, q), NULL) != PERP_OK)
                 fail_msg("%s, cone %d: %s", perp_contact_method_text(methods[k]), (int)cone,
                          perp_context_message(context));
             assert_int_equal(result.outcome, PERP_OUTCOME_STALLED);

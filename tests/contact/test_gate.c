@@ -59,8 +59,8 @@ static void solve(tower *t, const double *r0)
 
     laws.contacts = t->n;
     laws.dim = 1;
-    assert_int_equal(perp_contact_solve_delassus(context, t->r, t->u, t->modes, NULL, &t->result,
-                                                 &t->settings, &laws, &W, t->q, r0),
+    assert_int_equal(perp_contact_solve(context, ANSWER(NULL, t->r, t->u, t->modes), &t->result,
+                                        &t->settings, DELASSUS(&laws, &W, t->q), r0),
                      PERP_OK);
 }
 
@@ -91,8 +91,8 @@ static void test_what_pressing_answers_to(void **state)
 
         settings.method = methods[m];
         laws.contacts = laws.bilateral = 1;
-        assert_int_equal(perp_contact_solve_delassus(context, r, u, NULL, NULL, &result, &settings,
-                                                     &laws, &W, q, NULL),
+        assert_int_equal(perp_contact_solve(context, ANSWER(NULL, r, u), &result, &settings,
+                                            DELASSUS(&laws, &W, q), NULL),
                          PERP_OK);
         assert_true(!is_good(result.outcome) ||
                     fabs(-1e-12 * r[0] + r[3] + 1.07) <= 1e-7); /* ten times tol */
@@ -129,12 +129,12 @@ static void solve_pair(pair *p, int32_t method, const double *r0)
     dynamics.M = &M;
     dynamics.H = &H;
     if (by_W)
-        assert_int_equal(perp_contact_solve_delassus(context, p->r, p->u, NULL, NULL, &p->result,
-                                                     &settings, &laws, &W, p->q, r0),
+        assert_int_equal(perp_contact_solve(context, ANSWER(NULL, p->r, p->u), &p->result,
+                                            &settings, DELASSUS(&laws, &W, p->q), r0),
                          PERP_OK);
     else
-        assert_int_equal(perp_contact_solve(context, p->v, p->r, p->u, NULL, NULL, &p->result,
-                                            &settings, &laws, &dynamics, p->f, w, NULL, r0),
+        assert_int_equal(perp_contact_solve(context, ANSWER(p->v, p->r, p->u), &p->result,
+                                            &settings, DYNAMICS(&laws, &dynamics, p->f, w), r0),
                          PERP_OK);
 }
 
@@ -217,8 +217,8 @@ static void test_momentum_beside_any_mass(void **state)
             perp_contact_result result = fresh_contact_result();
 
             settings.method = methods[m];
-            assert_int_equal(perp_contact_solve(context, v, r, u, NULL, NULL, &result, &settings,
-                                                &laws, &dynamics, f, w, NULL, r0),
+            assert_int_equal(perp_contact_solve(context, ANSWER(v, r, u), &result, &settings,
+                                                DYNAMICS(&laws, &dynamics, f, w), r0),
                              PERP_OK);
             if (is_good(result.outcome))
                 assert_true(fabs(v[0] - f[0] - H[0] * r[0] - H[2] * r[1] - H[4] * r[2]) <= 1e-6);
@@ -527,8 +527,8 @@ static void test_omega_out_of_range(void **state)
     (void)state;
     laws.contacts = 1;
     laws.dim = 1;
-    assert_int_equal(perp_contact_solve_delassus(context, r, u, NULL, NULL, &result, NULL, &laws,
-                                                 &view, q, NULL),
+    assert_int_equal(perp_contact_solve(context, ANSWER(NULL, r, u), &result, NULL,
+                                        DELASSUS(&laws, &view, q), NULL),
                      PERP_ERROR_NOT_FINITE);
     assert_string_equal(perp_context_message(context),
                         "contact 0: omega, the largest |q| / sqrt(t) of its part, is inf");
@@ -579,9 +579,9 @@ static void test_joints_of_rounding(void **state)
         b[2] += k == 3 ? 1e-9 : 0.0;
         assert_int_equal(perp_contact_solver_create(context, &solver, &settings), PERP_OK);
         assert_int_equal(perp_contact_solver_setup_dynamics(solver, &laws, &dynamics), PERP_OK);
-        assert_int_equal(perp_contact_solver_solve_dynamics(solver, v, s, NULL, NULL, NULL, &result,
-                                                            f, w, b, NULL),
-                         PERP_OK);
+        assert_int_equal(
+            perp_contact_solver_solve_dynamics(solver, ANSWER(v, s), &result, f, w, b, NULL),
+            PERP_OK);
         assert_int_equal(is_good(result.outcome), !contradicts);
         for (int32_t i = 0; i < 4 && !contradicts; i++) /* a few roundings */
             assert_true(fabs(v[i] - v0[i]) <= 64 * 2.2e-16);

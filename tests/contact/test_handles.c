@@ -44,24 +44,24 @@ static void test_handles(void **state)
     settings.monitor = reenter;
     settings.monitor_user = &solver;
     assert_int_equal(perp_contact_solver_create(context, &solver, &settings), PERP_OK);
-    require_refused(perp_contact_solver_solve_dynamics(solver, NULL, p.r, NULL, NULL, NULL,
-                                                       &p.result, p.f, p.w, p.b, NULL),
+    require_refused(perp_contact_solver_solve_dynamics(solver, ANSWER(NULL, p.r), &p.result, p.f,
+                                                       p.w, p.b, NULL),
                     PERP_ERROR_ARGUMENT, "the solver has no problem");
     require_refused(perp_contact_solver_setup_dynamics(solver, &p.laws, NULL), PERP_ERROR_ARGUMENT,
                     "dynamics is NULL");
     assert_int_equal(perp_contact_solver_setup_dynamics(solver, &p.laws, &p.dynamics), PERP_OK);
     require_refused(
-        perp_contact_solver_solve_delassus(solver, p.r, NULL, NULL, NULL, &p.result, p.f, NULL),
+        perp_contact_solver_solve_delassus(solver, ANSWER(NULL, p.r), &p.result, p.f, NULL),
         PERP_ERROR_ARGUMENT, "set up with dynamics");
-    require_refused(perp_contact_solver_solve_dynamics(solver, NULL, p.r, NULL, NULL, NULL,
-                                                       &p.result, p.f, p.w, p.b, NULL),
+    require_refused(perp_contact_solver_solve_dynamics(solver, ANSWER(NULL, p.r), &p.result, p.f,
+                                                       p.w, p.b, NULL),
                     PERP_ERROR_CALLBACK, "abort");
     assert_int_equal(perp_contact_solver_set(solver, NULL), PERP_OK);
     p.mu[0] = -1.0; /* a setup that is refused leaves the problem that was there */
     assert_int_equal(perp_contact_solver_setup_dynamics(solver, &p.laws, &p.dynamics),
                      PERP_ERROR_ARGUMENT);
-    assert_int_equal(perp_contact_solver_solve_dynamics(solver, NULL, p.r, NULL, NULL, NULL,
-                                                        &p.result, p.f, p.w, p.b, NULL),
+    assert_int_equal(perp_contact_solver_solve_dynamics(solver, ANSWER(NULL, p.r), &p.result, p.f,
+                                                        p.w, p.b, NULL),
                      PERP_OK);
     perp_contact_solver_destroy(solver);
 }

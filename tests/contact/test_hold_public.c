@@ -108,8 +108,8 @@ static void test_small_beside_large(void **state)
     dynamics.n = SIZE, dynamics.M = &views[0], dynamics.H = &views[1];
     laws.contacts = CONTACTS, laws.dim = 2, laws.mu = mu;
     assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
-    assert_int_equal(perp_contact_solve(context, v, r, NULL, NULL, NULL, &result, NULL, &laws,
-                                        &dynamics, f, w, NULL, NULL),
+    assert_int_equal(perp_contact_solve(context, ANSWER(v, r), &result, NULL,
+                                        DYNAMICS(&laws, &dynamics, f, w), NULL),
                      PERP_OK);
     assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
     for (int i = 0; i < SIZE; i++) {
@@ -121,8 +121,8 @@ static void test_small_beside_large(void **state)
     /* without blocks while something moves: forty rows are few, and u of what holds is 0; the
      * boxes' v is that of rounding, with M of the order of 1 and impulses of at most 1 */
     settings.raw_velocity = 2;
-    assert_int_equal(perp_contact_solve(context, v, r, u, NULL, NULL, &result, &settings, &laws,
-                                        &dynamics, f, w, NULL, NULL),
+    assert_int_equal(perp_contact_solve(context, ANSWER(v, r, u), &result, &settings,
+                                        DYNAMICS(&laws, &dynamics, f, w), NULL),
                      PERP_OK);
     assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
     for (int i = 0; i < SIZE; i++)
@@ -136,8 +136,8 @@ static void test_small_beside_large(void **state)
     }
     views[1].rows = ROWS;
     laws.bounded = ARM, laws.lower = lower, laws.upper = upper;
-    assert_int_equal(perp_contact_solve(context, v, r, u, NULL, NULL, &result, &settings, &laws,
-                                        &dynamics, f, w, NULL, NULL),
+    assert_int_equal(perp_contact_solve(context, ANSWER(v, r, u), &result, &settings,
+                                        DYNAMICS(&laws, &dynamics, f, w), NULL),
                      PERP_OK);
     assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
     for (int i = 0; i < SIZE; i++)
@@ -170,8 +170,8 @@ static void test_yielding_row(void **state)
     dynamics.M = &M;
     dynamics.H = &H;
     dynamics.G = &row;
-    assert_int_equal(perp_contact_solve(context, &v, &r, &u, NULL, NULL, &result, NULL, &laws,
-                                        &dynamics, &f, NULL, &b, NULL),
+    assert_int_equal(perp_contact_solve(context, ANSWER(&v, &r, &u), &result, NULL,
+                                        DYNAMICS(&laws, &dynamics, &f, NULL, &b), NULL),
                      PERP_OK);
     assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
     assert_true(fabs(v - 5e-8) <= 1e-14 && u == 0.0);
@@ -216,8 +216,8 @@ static void test_slips_of_rounding(void **state)
         f[0] = -mu * f[1];
         for (int raw = 1; raw <= 2; raw++) {
             settings.raw_velocity = raw;
-            assert_int_equal(perp_contact_solve(context, v, r, u, NULL, NULL, &result, &settings,
-                                                &laws, &dynamics, f, w, NULL, NULL),
+            assert_int_equal(perp_contact_solve(context, ANSWER(v, r, u), &result, &settings,
+                                                DYNAMICS(&laws, &dynamics, f, w), NULL),
                              PERP_OK);
             assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
             assert_true(fabs(v[2] - 1.0) <= settings.tol);

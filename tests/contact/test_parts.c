@@ -186,8 +186,8 @@ static void run(stack *s, enum entrance entrance, int32_t method, int32_t cone, 
     laws.bilateral = s->joints;
     if (by_W) {
         view_of(&W, &columns[0], s->W, size, size, is_sparse);
-        assert_int_equal(perp_contact_solve_delassus(context, s->r, s->u, NULL, NULL, &s->result,
-                                                     &settings, &laws, &W, s->q, NULL),
+        assert_int_equal(perp_contact_solve(context, ANSWER(NULL, s->r, s->u), &s->result,
+                                            &settings, DELASSUS(&laws, &W, s->q), NULL),
                          PERP_OK);
         return;
     }
@@ -198,8 +198,8 @@ static void run(stack *s, enum entrance entrance, int32_t method, int32_t cone, 
     dynamics.M = &M;
     dynamics.H = &H;
     dynamics.G = s->joints > 0 ? &G : NULL;
-    assert_int_equal(perp_contact_solve(context, s->v, s->r, s->u, NULL, NULL, &s->result,
-                                        &settings, &laws, &dynamics, s->f, s->w, s->b, NULL),
+    assert_int_equal(perp_contact_solve(context, ANSWER(s->v, s->r, s->u), &s->result, &settings,
+                                        DYNAMICS(&laws, &dynamics, s->f, s->w, s->b), NULL),
                      PERP_OK);
 }
 

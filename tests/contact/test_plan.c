@@ -129,9 +129,9 @@ static void test_what_jams_costs_little(void **state)
         assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
         assert_int_equal(perp_contact_solver_create(context, &solver, &settings), PERP_OK);
         assert_int_equal(perp_contact_solver_setup_dynamics(solver, &laws, &dynamics), PERP_OK);
-        assert_int_equal(perp_contact_solver_solve_dynamics(solver, v, r, NULL, NULL, NULL, &result,
-                                                            f, w, NULL, NULL),
-                         PERP_OK);
+        assert_int_equal(
+            perp_contact_solver_solve_dynamics(solver, ANSWER(v, r), &result, f, w, NULL, NULL),
+            PERP_OK);
         perp_contact_solver_destroy(solver);
         perp_context_destroy(context);
         assert_int_equal(result.outcome, PERP_OUTCOME_STALLED);

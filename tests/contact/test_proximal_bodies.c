@@ -67,8 +67,8 @@ static perp_contact_result by_matrix(const piles *p, double *u, double *r)
     perp__bodies_delassus(&bodies, columns, rows, values);
     bodies_load(&bodies, p->f, p->w, NULL, q);
     W = matrix_csc(p->rows, p->rows, columns, rows, values);
-    assert_int_equal(perp_contact_solve_delassus(context, r, u, NULL, NULL, &result, &settings,
-                                                 &laws, &W, q, NULL),
+    assert_int_equal(perp_contact_solve(context, ANSWER(NULL, r, u), &result, &settings,
+                                        DELASSUS(&laws, &W, q), NULL),
                      PERP_OK);
     perp__bodies_release(&bodies);
     free(starts);
@@ -203,8 +203,8 @@ static void test_joints_are_equations(void **state)
     dynamics.M = &M;
     dynamics.H = &H;
     dynamics.G = &G;
-    assert_int_equal(perp_contact_solve(context, v, r, NULL, modes, NULL, &result, &settings, &laws,
-                                        &dynamics, f, w, b, NULL),
+    assert_int_equal(perp_contact_solve(context, ANSWER(v, r, NULL, modes), &result, &settings,
+                                        DYNAMICS(&laws, &dynamics, f, w, b), NULL),
                      PERP_OK);
     assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
     assert_int_equal(modes[0], PERP_CONTACT_SLIP);

@@ -28,8 +28,8 @@ static void solve(answer *a, const perp_contact_laws *laws, int32_t cone, int32_
     settings.cone = cone;
     settings.tol = 1e-13;
     assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, n, n, W, n), PERP_OK);
-    assert_int_equal(perp_contact_solve_delassus(context, a->r, a->u, a->modes, a->ray, &a->result,
-                                                 &settings, laws, &view, q, NULL),
+    assert_int_equal(perp_contact_solve(context, ANSWER(NULL, a->r, a->u, a->modes, a->ray),
+                                        &a->result, &settings, DELASSUS(laws, &view, q), NULL),
                      PERP_OK);
 }
 

@@ -125,8 +125,8 @@ static void test_delassus(void **state)
         laws.contacts = 4;
         laws.dim = 1;
         assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, 4, 4, W, 4), PERP_OK);
-        assert_int_equal(perp_contact_solve_delassus(context, r, NULL, NULL, ray, &result, NULL,
-                                                     &laws, &view, q, NULL),
+        assert_int_equal(perp_contact_solve(context, ANSWER(NULL, r, NULL, NULL, ray), &result,
+                                            NULL, DELASSUS(&laws, &view, q), NULL),
                          PERP_OK);
         assert_int_equal(result.outcome, PERP_OUTCOME_RAY);
         assert_int_equal(result.certificate, PERP_CONTACT_CERTIFICATE_INFEASIBLE);
@@ -150,8 +150,8 @@ static void test_compliance(void **state)
     laws.dim = 1;
     laws.compliance = compliance;
     assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, 2, 2, W, 2), PERP_OK);
-    assert_int_equal(perp_contact_solve_delassus(context, r, NULL, NULL, NULL, &result, NULL, &laws,
-                                                 &view, q, NULL),
+    assert_int_equal(perp_contact_solve(context, ANSWER(NULL, r), &result, NULL,
+                                        DELASSUS(&laws, &view, q), NULL),
                      PERP_OK);
     assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
     assert_true(fabs(r[0] - 2.0) <= 1e-7 && fabs(r[1] - 2.0) <= 1e-7); /* 1 / compliance */

@@ -190,8 +190,8 @@ static perp_status delassus(const perp_contact_laws *laws, int32_t storage, int3
     perp_matrix view = fresh_matrix();
 
     assert_int_equal(perp_matrix_dense(&view, storage, n, n, W, n), PERP_OK);
-    return perp_contact_solve_delassus(context, r, NULL, NULL, NULL, &result, NULL, laws,
-                                       W ? &view : NULL, q, NULL);
+    return perp_contact_solve(context, ANSWER(NULL, r), &result, NULL,
+                              DELASSUS(laws, W ? &view : NULL, q), NULL);
 }
 
 static void test_delassus(void **state)
@@ -200,12 +200,18 @@ static void test_delassus(void **state)
     const double nan[4] = {1, 0, NAN, 1}, q[2] = {-1, 0.25}, mu = 0.5;
     double r[2] = {5.0, 5.0};
     perp_contact_laws laws = fresh_contact_laws();
+    const perp_contact_dynamics dynamics = fresh_contact_dynamics();
+    const perp_matrix view = fresh_matrix();
 
     (void)state;
     laws.contacts = 1;
     laws.dim = 2;
     laws.mu = &mu;
-    refused(context, delassus(&laws, 0, 2, NULL, q, r), ARGUMENT, "W is NULL", "delassus");
+    refused(context, delassus(&laws, 0, 2, NULL, q, r), ARGUMENT, "dynamics is NULL", "delassus");
+    refused(context,
+            perp_contact_solve(context, ANSWER(NULL, r), NULL, NULL,
+                               DYNAMICS(&laws, &dynamics, .W = &view, .q = q), NULL),
+            ARGUMENT, "dynamics and W", "delassus");
     refused(context, delassus(NULL, 0, 2, W, q, r), ARGUMENT, "laws is NULL", "delassus");
     refused(context, delassus(&laws, 9, 2, W, q, r), ARGUMENT, "W.storage is 9", "delassus");
     refused(context, delassus(&laws, 0, 1, W, q, r), ARGUMENT,

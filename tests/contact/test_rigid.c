@@ -127,8 +127,8 @@ static void solve_public(perp_context *context, public_problem *q, int32_t conta
     dynamics.n = q->n;
     dynamics.M = &M;
     dynamics.H = &H;
-    assert_int_equal(perp_contact_solve(context, q->v, q->r, NULL, NULL, NULL, &result, &settings,
-                                        &laws, &dynamics, q->load, q->bias, NULL, NULL),
+    assert_int_equal(perp_contact_solve(context, ANSWER(q->v, q->r), &result, &settings,
+                                        DYNAMICS(&laws, &dynamics, q->load, q->bias), NULL),
                      PERP_OK);
     assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
 }

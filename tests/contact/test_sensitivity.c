@@ -93,8 +93,9 @@ static int solve(const data *p, answer *a)
     perp_contact_result result = fresh_contact_result();
     rig g;
     rig_of(p, &g);
-    assert_int_equal(perp_contact_solve(context, a->v, a->r, a->u, a->modes, NULL, &result,
-                                        &g.settings, &g.laws, &g.dynamics, p->f, p->w, p->b, NULL),
+    assert_int_equal(perp_contact_solve(context, ANSWER(a->v, a->r, a->u, a->modes), &result,
+                                        &g.settings,
+                                        DYNAMICS(&g.laws, &g.dynamics, p->f, p->w, p->b), NULL),
                      PERP_OK);
     return result.outcome == PERP_OUTCOME_SOLVED || result.outcome == PERP_OUTCOME_ROUNDING_LIMIT;
 }
@@ -113,9 +114,10 @@ static perp_contact_sensitivity *sensitivity_at(const data *p, const answer *a, 
     rig_of(p, g);
     g->settings.tol = 1e-9;
     assert_int_equal(perp_struct_init(info, sizeof *info), PERP_OK);
-    assert_int_equal(perp_contact_sensitivity_create(context, &s, info, &g->settings, &g->laws,
-                                                     &g->dynamics, p->f, p->w, p->b, a->r),
-                     PERP_OK);
+    assert_int_equal(
+        perp_contact_sensitivity_create(context, &s, info, &g->settings,
+                                        DYNAMICS(&g->laws, &g->dynamics, p->f, p->w, p->b), a->r),
+        PERP_OK);
     return s;
 }
 
@@ -135,9 +137,9 @@ static void forward(perp_contact_sensitivity *s, const data *d, double *dv, doub
     view(&dM, N, d->M);
     view(&dH, ROWS, d->H);
     view(&dG, BILATERAL, d->G);
-    assert_int_equal(
-        perp_contact_sensitivity_forward(s, dv, dr, d->f, d->w, d->b, d->mu, &dM, &dH, &dG),
-        PERP_OK);
+    assert_int_equal(perp_contact_sensitivity_forward(
+                         s, dv, dr, DIRECTION(d->f, d->w, d->b, d->mu, &dM, &dH, &dG)),
+                     PERP_OK);
 }
 
 /* Against (x(h) - x(-h)) / 2h, h = 1e-5: the third derivative leaves h^2 of it, the solves 1e-13 /
@@ -246,8 +248,8 @@ static perp_status open_block(block *b, const double *r)
     dynamics.n = 3;
     dynamics.M = &M;
     dynamics.H = &H;
-    return perp_contact_sensitivity_create(context, &b->s, &b->info, NULL, &laws, &dynamics, b->f,
-                                           b->w, NULL, r);
+    return perp_contact_sensitivity_create(context, &b->s, &b->info, NULL,
+                                           DYNAMICS(&laws, &dynamics, b->f, b->w), r);
 }
 
 /* Mass 2, weight 10, pushed along the plane by (3, 4) times `push`. */
@@ -272,14 +274,11 @@ static void test_slip(void **state)
     assert_int_equal(b.info.verdict, PERP_VERDICT_REGULAR);
     assert_int_equal(b.info.active, 3);
     assert_int_equal(
-        perp_contact_sensitivity_forward(b.s, dv, dr, NULL, NULL, NULL, &dmu, NULL, NULL, NULL),
-        PERP_OK);
+        perp_contact_sensitivity_forward(b.s, dv, dr, DIRECTION(NULL, NULL, NULL, &dmu)), PERP_OK);
     /* sums of a few terms of this size: rounding */
     assert_true(fabs(dv[0] + 3.0) <= 1e-14 && fabs(dv[1] + 4.0) <= 1e-14 && fabs(dv[2]) <= 1e-14);
     assert_true(fabs(dr[0]) <= 1e-14 && fabs(dr[1] + 6.0) <= 1e-13 && fabs(dr[2] + 8.0) <= 1e-13);
-    assert_int_equal(
-        perp_contact_sensitivity_forward(b.s, dv, dr, across, NULL, NULL, NULL, NULL, NULL, NULL),
-        PERP_OK);
+    assert_int_equal(perp_contact_sensitivity_forward(b.s, dv, dr, DIRECTION(across)), PERP_OK);
     assert_true(fabs(dv[0] + 1.0) <= 1e-14 && fabs(dv[1] - 0.75) <= 1e-14);
     assert_int_equal(perp_contact_sensitivity_adjoint(b.s, NULL, NULL, NULL, &mu, across, NULL),
                      PERP_OK);
@@ -316,9 +315,7 @@ static void test_stick(void **state)
     assert_int_equal(b.info.verdict, PERP_VERDICT_REGULAR);
     assert_int_equal(perp_contact_sensitivity_point(b.s, dv, NULL, NULL, &mode), PERP_OK);
     assert_int_equal(mode, PERP_CONTACT_STICK);
-    assert_int_equal(
-        perp_contact_sensitivity_forward(b.s, dv, dr, df, dw, NULL, NULL, NULL, NULL, NULL),
-        PERP_OK);
+    assert_int_equal(perp_contact_sensitivity_forward(b.s, dv, dr, DIRECTION(df, dw)), PERP_OK);
     assert_true(fabs(dv[0] - 1.0) <= 1e-14 && fabs(dv[1] + 2.0) <= 1e-14 && fabs(dv[2]) <= 1e-14);
     assert_true(fabs(dr[0] + 3.0) <= 1e-14 && fabs(dr[1] - 1.0) <= 1e-14 &&
                 fabs(dr[2] + 6.0) <= 1e-14); /* dr = m dv - df */
@@ -337,15 +334,12 @@ static void test_verdicts(void **state)
     assert_int_equal(b.info.verdict, PERP_VERDICT_DEGENERATE);
     assert_int_equal(b.info.index, 0);
     assert_true(b.info.margin <= 1e-8);
-    assert_int_equal(
-        perp_contact_sensitivity_forward(b.s, dv, NULL, b.f, NULL, NULL, NULL, NULL, NULL, NULL),
-        PERP_OK);
+    assert_int_equal(perp_contact_sensitivity_forward(b.s, dv, NULL, DIRECTION(b.f)), PERP_OK);
     perp_contact_sensitivity_destroy(b.s);
     assert_int_equal(open_block(&b, wrong), PERP_OK);
     assert_int_equal(b.info.verdict, PERP_VERDICT_NOT_A_SOLUTION);
-    assert_int_equal(
-        perp_contact_sensitivity_forward(b.s, dv, NULL, b.f, NULL, NULL, NULL, NULL, NULL, NULL),
-        PERP_ERROR_ARGUMENT);
+    assert_int_equal(perp_contact_sensitivity_forward(b.s, dv, NULL, DIRECTION(b.f)),
+                     PERP_ERROR_ARGUMENT);
     perp_contact_sensitivity_destroy(b.s);
 }
 
@@ -373,12 +367,11 @@ static void test_far_impulses(void **state)
     dynamics.G = &matrices[1];
     dynamics.H = &matrices[2];
     laws.compliance = compliance;
-    assert_int_equal(
-        perp_contact_sensitivity_create(context, &s, &info, NULL, &laws, &dynamics, f, NULL, b, r),
-        PERP_OK);
-    assert_int_equal(
-        perp_contact_sensitivity_forward(s, NULL, dr, NULL, NULL, db, NULL, NULL, NULL, NULL),
-        PERP_OK);
+    assert_int_equal(perp_contact_sensitivity_create(context, &s, &info, NULL,
+                                                     DYNAMICS(&laws, &dynamics, f, NULL, b), r),
+                     PERP_OK);
+    assert_int_equal(perp_contact_sensitivity_forward(s, NULL, dr, DIRECTION(NULL, NULL, db)),
+                     PERP_OK);
     assert_true(fabs(dr[0] - W[1] / det) <= 1e-12 * W[1] / det);
     assert_true(fabs(dr[1] + W[0] / det) <= 1e-12 * W[0] / det);
     perp_contact_sensitivity_destroy(s);
@@ -401,9 +394,9 @@ static void test_redundant(void **state)
     dynamics.n = 1;
     dynamics.M = &M_view;
     dynamics.H = &H_view;
-    assert_int_equal(
-        perp_contact_sensitivity_create(context, &s, &info, NULL, &laws, &dynamics, &f, w, NULL, r),
-        PERP_OK);
+    assert_int_equal(perp_contact_sensitivity_create(context, &s, &info, NULL,
+                                                     DYNAMICS(&laws, &dynamics, &f, w), r),
+                     PERP_OK);
     assert_int_equal(info.verdict, PERP_VERDICT_SINGULAR);
     assert_int_equal(perp_contact_sensitivity_adjoint(s, &x, NULL, NULL, NULL, &f, NULL),
                      PERP_ERROR_ARGUMENT);

@@ -172,7 +172,7 @@ static void set_up(perp_contact_solver *solver, machine *m, int sparse)
 static void solve(perp_contact_solver *solver, const machine *m, const double *r0, answer *a)
 {
     assert_int_equal(perp_struct_init(&a->result, sizeof a->result), PERP_OK);
-    assert_int_equal(perp_contact_solver_solve_dynamics(solver, a->v, a->r, a->u, a->modes, NULL,
+    assert_int_equal(perp_contact_solver_solve_dynamics(solver, ANSWER(a->v, a->r, a->u, a->modes),
                                                         &a->result, m->f, m->w, m->b, r0),
                      PERP_OK);
 }

@@ -191,11 +191,11 @@ static void solve(const scene *s, int32_t method, int32_t by_rows, double tol, d
     dynamics.M = &M;
     dynamics.H = &H;
     if (by_rows)
-        status = perp_contact_solve_delassus(context, r, NULL, NULL, NULL, &result, &settings,
-                                             &laws, &W, s->q, NULL);
+        status = perp_contact_solve(context, ANSWER(NULL, r), &result, &settings,
+                                    DELASSUS(&laws, &W, s->q), NULL);
     else
-        status = perp_contact_solve(context, v, r, NULL, NULL, NULL, &result, &settings, &laws,
-                                    &dynamics, s->f, s->w, NULL, NULL);
+        status = perp_contact_solve(context, ANSWER(v, r), &result, &settings,
+                                    DYNAMICS(&laws, &dynamics, s->f, s->w), NULL);
     assert_int_equal(status, PERP_OK);
     assert_true(result.outcome == PERP_OUTCOME_SOLVED ||
                 result.outcome == PERP_OUTCOME_ROUNDING_LIMIT);

@@ -12,9 +12,9 @@
 
 static perp_status call(both_problem *p, both_rig *g, both_answer *a)
 {
-    return perp_contact_solve(both_context, a->v, a->r, a->u, a->modes, a->ray, &a->result,
-                              &g->settings, &g->laws, &g->dynamics, p->f, p->w,
-                              p->w + p->rows + p->bounded, NULL);
+    return perp_contact_solve(
+        both_context, ANSWER(a->v, a->r, a->u, a->modes, a->ray), &a->result, &g->settings,
+        DYNAMICS(&g->laws, &g->dynamics, p->f, p->w, p->w + p->rows + p->bounded), NULL);
 }
 
 /* A body on two pins whose holes part along their second normals, by `speed`. */
@@ -144,8 +144,8 @@ static perp_status run(int kind, both_answer *a)
     a->result.outcome = 77;
     if (kind != 3)
         return call(&p, &g, a);
-    status = perp_contact_sensitivity_create(both_context, &s, &info, &g.settings, &g.laws,
-                                             &g.dynamics, p.f, p.w, NULL, a->r);
+    status = perp_contact_sensitivity_create(both_context, &s, &info, &g.settings,
+                                             DYNAMICS(&g.laws, &g.dynamics, p.f, p.w), a->r);
     if (status == PERP_OK)
         perp_contact_sensitivity_destroy(s);
     else

@@ -18,9 +18,10 @@ static perp_contact_sensitivity *derive(both_problem *p, const double *r,
     both_set(p, 0, 0, &g, &a);
     g.settings.tol = 1e-9;
     assert_int_equal(perp_struct_init(info, sizeof *info), PERP_OK);
-    assert_int_equal(perp_contact_sensitivity_create(both_context, &s, info, &g.settings, &g.laws,
-                                                     &g.dynamics, p->f, p->w,
-                                                     p->w + p->rows + p->bounded, r),
+    assert_int_equal(perp_contact_sensitivity_create(
+                         both_context, &s, info, &g.settings,
+                         DYNAMICS(&g.laws, &g.dynamics, p->f, p->w, p->w + p->rows + p->bounded),
+                         r),
                      PERP_OK);
     return s;
 }
@@ -56,9 +57,11 @@ static void forward(perp_contact_sensitivity *s, const both_problem *p, const bo
     change.bounded = p->bounded;
     change.bilateral = p->bilateral;
     both_set(&change, 0, 0, &g, &unused);
-    assert_int_equal(perp_contact_sensitivity_forward(s, dv, dr, d->f, d->w, d->w + rows, d->mu,
-                                                      &g.M, &g.H, p->bilateral ? &g.G : NULL),
-                     PERP_OK);
+    assert_int_equal(
+        perp_contact_sensitivity_forward(
+            s, dv, dr,
+            DIRECTION(d->f, d->w, d->w + rows, d->mu, &g.M, &g.H, p->bilateral ? &g.G : NULL)),
+        PERP_OK);
 }
 
 static void solve_beside(const both_problem *p, const both_problem *d, double h, const double *r0,
@@ -201,8 +204,7 @@ static void test_drawer(void **state)
         assert_int_equal(info.verdict, PERP_VERDICT_REGULAR);
         assert_int_equal(info.active, 4);
         assert_int_equal(
-            perp_contact_sensitivity_forward(s, dv, dr, NULL, NULL, NULL, dmu, NULL, NULL, NULL),
-            PERP_OK);
+            perp_contact_sensitivity_forward(s, dv, dr, DIRECTION(NULL, NULL, NULL, dmu)), PERP_OK);
         /* sums of a few terms of size 10: rounding */
         assert_true(fabs(dv[0] + side * gain * arm / factor) <= 1e-12);
         assert_true(fabs(dv[1]) <= 1e-13 && fabs(dv[2]) <= 1e-13);
@@ -210,9 +212,7 @@ static void test_drawer(void **state)
                          PERP_OK);
         assert_true(fabs(of_mu[0] - of_mu[1]) <= 1e-12);
         assert_true(fabs(of_mu[0] + of_mu[1] + side * gain * arm / factor) <= 1e-12);
-        assert_int_equal(
-            perp_contact_sensitivity_forward(s, dv, dr, df, NULL, NULL, NULL, NULL, NULL, NULL),
-            PERP_OK);
+        assert_int_equal(perp_contact_sensitivity_forward(s, dv, dr, DIRECTION(df)), PERP_OK);
         assert_true(fabs(dv[0] - gain / pull) <= 1e-13);
         perp_contact_sensitivity_destroy(s);
     }
@@ -236,9 +236,7 @@ static void test_verdicts(void **state)
     assert_int_equal(info.verdict, PERP_VERDICT_DEGENERATE);
     assert_int_equal(info.index, 0);
     assert_true(info.margin == 0.0);
-    assert_int_equal(
-        perp_contact_sensitivity_forward(s, dv, NULL, p.f, NULL, NULL, NULL, NULL, NULL, NULL),
-        PERP_OK);
+    assert_int_equal(perp_contact_sensitivity_forward(s, dv, NULL, DIRECTION(p.f)), PERP_OK);
     perp_contact_sensitivity_destroy(s);
     p.mu[0] = p.mu[1] = 0.0;
     s = derive(&p, r, &info);

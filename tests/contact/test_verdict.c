@@ -45,11 +45,11 @@ static perp_contact_solver *solved(const rig *p, int32_t by_W)
     if (by_W) {
         assert_int_equal(perp_contact_solver_setup_delassus(solver, &laws, &W), PERP_OK);
         assert_int_equal(
-            perp_contact_solver_solve_delassus(solver, r, u, NULL, NULL, &result, p->q, NULL),
+            perp_contact_solver_solve_delassus(solver, ANSWER(NULL, r, u), &result, p->q, NULL),
             PERP_OK);
     } else {
         assert_int_equal(perp_contact_solver_setup_dynamics(solver, &laws, &dynamics), PERP_OK);
-        assert_int_equal(perp_contact_solver_solve_dynamics(solver, NULL, r, u, NULL, NULL, &result,
+        assert_int_equal(perp_contact_solver_solve_dynamics(solver, ANSWER(NULL, r, u), &result,
                                                             &none, p->q, p->q + rows, NULL),
                          PERP_OK);
     }
@@ -323,9 +323,9 @@ static void test_other_coordinates_excuse_nothing(void **state)
     dynamics.H = &jacobian;
     assert_int_equal(perp_contact_solver_create(context, &solver, NULL), PERP_OK);
     assert_int_equal(perp_contact_solver_setup_dynamics(solver, &laws, &dynamics), PERP_OK);
-    assert_int_equal(perp_contact_solver_solve_dynamics(solver, NULL, r, NULL, NULL, NULL, &result,
-                                                        f, w, NULL, NULL),
-                     PERP_OK);
+    assert_int_equal(
+        perp_contact_solver_solve_dynamics(solver, ANSWER(NULL, r), &result, f, w, NULL, NULL),
+        PERP_OK);
     assert_int_equal(solver->bodies.width, 3);
     memcpy(solver->r, half, sizeof half);
     solver->call = &call;
@@ -360,9 +360,9 @@ static void test_momentum_beside_noise(void **state)
     dynamics.H = &jacobian;
     assert_int_equal(perp_contact_solver_create(context, &solver, NULL), PERP_OK);
     assert_int_equal(perp_contact_solver_setup_dynamics(solver, &laws, &dynamics), PERP_OK);
-    assert_int_equal(perp_contact_solver_solve_dynamics(solver, v, r, NULL, NULL, NULL, &result, f,
-                                                        w, NULL, NULL),
-                     PERP_OK);
+    assert_int_equal(
+        perp_contact_solver_solve_dynamics(solver, ANSWER(v, r), &result, f, w, NULL, NULL),
+        PERP_OK);
     assert_true(perp__is_good(result.outcome));
     for (int32_t i = 0; i < 2; i++) {
         double lacks = M[i] * v[i] - f[i], terms = fabs(M[i] * v[i]) + fabs(f[i]);

@@ -281,19 +281,20 @@ void dynamics_differentiate(perp_context *context, const perp_contact_settings *
 
     if (perp_struct_init(&info, sizeof info) != PERP_OK)
         fuzz_fail("perp_struct_init takes its own size");
-    if (!fuzz_status(context,
-                     perp_contact_sensitivity_create(context, &sensitivity, &info, settings,
-                                                     &p->laws, &d->dynamics, d->f, d->w, d->b, r),
-                     "sensitivity_create"))
+    if (!fuzz_status(
+            context,
+            perp_contact_sensitivity_create(context, &sensitivity, &info, settings,
+                                            DYNAMICS(&p->laws, &d->dynamics, d->f, d->w, d->b), r),
+            "sensitivity_create"))
         return;
     for (i = 0; i < n; i++)
         df[i] = 1.0 + i % 3, gv[i] = 2.0 - i % 4;
     for (i = 0; i < rows; i++)
         dw[i] = 1.0 - i % 2, gr[i] = 1.0 + i % 2;
     if (!fuzz_status_of(context,
-                        perp_contact_sensitivity_forward(sensitivity, dv, dr, df, dw,
-                                                         dw + rows - d->bilateral, NULL, NULL, NULL,
-                                                         NULL),
+                        perp_contact_sensitivity_forward(
+                            sensitivity, dv, dr,
+                            DIRECTION(df, dw, dw + rows - d->bilateral, NULL, NULL, NULL, NULL)),
                         "sensitivity_forward", (const void *[]){dv, dr, NULL}) ||
         !fuzz_status_of(context,
                         perp_contact_sensitivity_adjoint(sensitivity, x, y, y + rows - d->bilateral,

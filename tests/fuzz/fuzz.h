@@ -6,8 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include <perp/mechanism.h>
-#include <perp/perp.h>
+#include "../calls.h"
 
 /* libFuzzer's entrance, or the driver's of standalone.c. */
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);

@@ -25,8 +25,9 @@ static void solve(fuzz_bytes *bytes, perp_context *context, perp_contact_solver 
     if (perp_struct_init(&result, sizeof result) != PERP_OK)
         fuzz_fail("perp_struct_init takes its own size");
     if (!fuzz_status_of(context,
-                        perp_contact_solver_solve_dynamics(solver, v, r, u, modes, ray, &result,
-                                                           d->f, d->w, d->b, warm ? r0 : NULL),
+                        perp_contact_solver_solve_dynamics(solver, ANSWER(v, r, u, modes, ray),
+                                                           &result, d->f, d->w, d->b,
+                                                           warm ? r0 : NULL),
                         "solve_dynamics", (const void *[]){v, r, u, modes, ray, NULL}))
         return;
     for (i = 0; i < p->rows; i++)

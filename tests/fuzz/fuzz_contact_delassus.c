@@ -1,4 +1,4 @@
-/* perp_contact_solve_delassus: any W of the palette, or W = P'P as mechanics makes it. */
+/* perp_contact_solve: any W of the palette, or W = P'P as mechanics makes it. */
 #include <math.h>
 #include <string.h>
 
@@ -59,9 +59,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     else
         r0 = NULL;
     if (fuzz_status_of(context,
-                       perp_contact_solve_delassus(context, r, u, modes, ray, result, &settings,
-                                                   &p.laws, &W.view, q, r0),
-                       "perp_contact_solve_delassus", (const void *[]){r, u, modes, ray, NULL})) {
+                       perp_contact_solve(context, ANSWER(NULL, r, u, modes, ray), result,
+                                          &settings, DELASSUS(&p.laws, &W.view, q), r0),
+                       "perp_contact_solve", (const void *[]){r, u, modes, ray, NULL})) {
         if (result->has_ray != !fuzz_untouched(ray))
             fuzz_fail("a ray is written if and only if has_ray is 1");
         laws_check("delassus", &p, oracle_wide(p.rows * p.rows, W.dense), oracle_wide(p.rows, q),

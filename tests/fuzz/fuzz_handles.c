@@ -193,7 +193,7 @@ static void create_others(object *o, perp_context *context, int kind)
         INSIDE(o->owner, perp_compliant_create(context, (perp_compliant **)&o->handle, &compliant));
     else
         INSIDE(o->owner, perp_lcp_sensitivity_create(context, (perp_lcp_sensitivity **)&o->handle,
-                                                     &info, NULL, &view, Q, NULL, NULL, z));
+                                                     &info, NULL, LCP(&view, Q), z));
 }
 
 static void create(void)
@@ -262,7 +262,7 @@ static void use_contact(object *o)
     laws.dim = 2;
     INSIDE(o->owner, perp_contact_solver_setup_delassus(o->handle, &laws, &view));
     INSIDE(o->owner,
-           perp_contact_solver_solve_delassus(o->handle, r, NULL, NULL, NULL, &result, Q, NULL));
+           perp_contact_solver_solve_delassus(o->handle, ANSWER(NULL, r), &result, Q, NULL));
 }
 
 static void use_world(object *o)
@@ -287,8 +287,8 @@ static void use_mechanism(object *o)
     if (perp_struct_init(&step, sizeof step) != PERP_OK ||
         perp_struct_init(&summary, sizeof summary) != PERP_OK)
         return;
-    INSIDE(o->owner,
-           perp_mechanism_advance(o->handle, q, v, NULL, NULL, NULL, NULL, &step, 0, 0.1, q, v));
+    INSIDE(o->owner, perp_mechanism_advance(o->handle, q, v, NULL, NULL, NULL, NULL, &step,
+                                            START(0, 0.1, q, v)));
     INSIDE(o->owner, perp_mechanism_accelerations(o->handle, &summary, 0, q, v));
 }
 
@@ -404,19 +404,18 @@ static void call_at_once(void)
         return;
     switch (fuzz_pick(all.bytes, 4)) {
     case 0:
-        INSIDE(owner,
-               perp_lcp_solve(context, z, NULL, NULL, &result, NULL, &view, Q, NULL, NULL, NULL));
+        INSIDE(owner, perp_lcp_solve(context, z, NULL, NULL, &result, NULL, LCP(&view, Q), NULL));
         break;
     case 1:
-        INSIDE(owner, perp_lcp_all(context, &enumeration, NULL, &view, Q, NULL, NULL, visit, NULL));
+        INSIDE(owner, perp_lcp_all(context, &enumeration, NULL, LCP(&view, Q), visit, NULL));
         break;
     case 2:
-        INSIDE(owner,
-               perp_lcp_batch(context, outcomes_z, NULL, NULL, NULL, NULL,
-                              1 + fuzz_one_in(all.bytes, 8), 2, 2, two_M, two_q, NULL, NULL));
+        INSIDE(owner, perp_lcp_batch(context, outcomes_z, NULL, NULL, NULL, NULL,
+                                     1 + fuzz_one_in(all.bytes, 8),
+                                     LCP_STACK(2, 2, two_M, two_q, NULL, NULL)));
         break;
     default:
-        INSIDE(owner, perp_lcp_verify(context, NULL, &proof, &view, Q, NULL, NULL, Q));
+        INSIDE(owner, perp_lcp_verify(context, NULL, &proof, LCP(&view, Q), Q));
     }
 }
 

@@ -119,8 +119,9 @@ static void solve_one(fuzz_bytes *bytes, perp_context *context, perp_lcp_solver 
     fuzz_show("z", z, p->n);
     monitor_calls = 0;
     status = solver ? perp_lcp_solver_solve(solver, z, w, ray, result, p->q, with_start ? z0 : NULL)
-                    : perp_lcp_solve(context, z, w, ray, result, settings, &p->M.view, p->q,
-                                     p->lower_given, p->upper_given, with_start ? z0 : NULL);
+                    : perp_lcp_solve(context, z, w, ray, result, settings,
+                                     LCP(&p->M.view, p->q, p->lower_given, p->upper_given),
+                                     with_start ? z0 : NULL);
     if (!fuzz_status_of(context, status, "perp_lcp_solve", outputs)) {
         if (memcmp(&kept, result, sizeof kept) != 0)
             fuzz_fail("a refusal leaves the result untouched");

@@ -119,8 +119,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (perp_struct_init(result, sizeof *result) != PERP_OK)
         fuzz_fail("perp_struct_init takes its own size");
     kept = *result;
-    status = perp_lcp_all(context, result, &settings, &problem.M.view, problem.q,
-                          problem.lower_given, problem.upper_given, visit, &found);
+    status = perp_lcp_all(context, result, &settings,
+                          LCP(&problem.M.view, problem.q, problem.lower_given, problem.upper_given),
+                          visit, &found);
     if (fuzz_status(context, status, "perp_lcp_all")) {
         if (result->isolated != found.isolated || result->families != found.families)
             fuzz_fail("lcp_all: %d isolated solutions and %d families are counted, %d and %d told",

@@ -52,9 +52,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
                                  w[round] = fuzz_doubles(b.count * n),
                                  residuals[round] = fuzz_doubles(b.count),
                                  outcomes[round] = fuzz_take(b.count, sizeof(int32_t)), NULL};
-        perp_status status =
-            perp_lcp_batch(context, z[round], w[round], outcomes[round], residuals[round],
-                           &settings, round ? 1 : threads, b.count, n, b.M, b.q, b.lower, b.upper);
+        perp_status status = perp_lcp_batch(context, z[round], w[round], outcomes[round],
+                                            residuals[round], &settings, round ? 1 : threads,
+                                            LCP_STACK(b.count, n, b.M, b.q, b.lower, b.upper));
 
         if (!fuzz_status_of(context, status, "perp_lcp_batch", outputs))
             break;

@@ -52,8 +52,8 @@ static void verify(perp_context *context, const lcp_problem *p, const double *z)
     if (perp_struct_init(proof, sizeof *proof) != PERP_OK)
         fuzz_fail("perp_struct_init takes its own size");
     if (!fuzz_status_of(context,
-                        perp_lcp_verify(context, radii, proof, &p->M.view, p->q, p->lower_given,
-                                        p->upper_given, z),
+                        perp_lcp_verify(context, radii, proof,
+                                        LCP(&p->M.view, p->q, p->lower_given, p->upper_given), z),
                         "perp_lcp_verify", outputs))
         return;
     fuzz_show("radii", radii, p->n);
@@ -118,10 +118,11 @@ static void differentiate(fuzz_bytes *bytes, perp_context *context, const lcp_pr
 
     if (perp_struct_init(&info, sizeof info) != PERP_OK)
         fuzz_fail("perp_struct_init takes its own size");
-    if (!fuzz_status(context,
-                     perp_lcp_sensitivity_create(context, &sensitivity, &info, settings, &p->M.view,
-                                                 p->q, p->lower_given, p->upper_given, z),
-                     "perp_lcp_sensitivity_create"))
+    if (!fuzz_status(
+            context,
+            perp_lcp_sensitivity_create(context, &sensitivity, &info, settings,
+                                        LCP(&p->M.view, p->q, p->lower_given, p->upper_given), z),
+            "perp_lcp_sensitivity_create"))
         return;
     if (fuzz_status(context, perp_lcp_sensitivity_places(sensitivity, places), "places"))
         for (i = 0; i < p->n; i++)
@@ -148,8 +149,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         fuzz_fail("perp_struct_init takes its own size");
     if (!fuzz_one_in(&bytes, 4)) /* mostly a solution, if the solver has one */
         fuzz_status(context,
-                    perp_lcp_solve(context, z, NULL, NULL, &result, &settings, &problem.M.view,
-                                   problem.q, problem.lower_given, problem.upper_given, NULL),
+                    perp_lcp_solve(
+                        context, z, NULL, NULL, &result, &settings,
+                        LCP(&problem.M.view, problem.q, problem.lower_given, problem.upper_given),
+                        NULL),
                     "perp_lcp_solve");
     fuzz_show("z", z, problem.n);
     verify(context, &problem, z);

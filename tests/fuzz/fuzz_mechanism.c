@@ -297,10 +297,10 @@ static void advance(fuzz_bytes *bytes, perp_context *context, perp_mechanism *me
     (void)bytes;
     if (perp_struct_init(&step, sizeof step) != PERP_OK)
         fuzz_fail("perp_struct_init takes its own size");
-    if (!fuzz_status_of(
-            context,
-            perp_mechanism_advance(mechanism, q, v, r, u, modes, ray, &step, 0.0, h, m->q, m->v),
-            "perp_mechanism_advance", (const void *[]){q, v, r, u, modes, ray, NULL}))
+    if (!fuzz_status_of(context,
+                        perp_mechanism_advance(mechanism, q, v, r, u, modes, ray, &step,
+                                               START(0.0, h, m->q, m->v)),
+                        "perp_mechanism_advance", (const void *[]){q, v, r, u, modes, ray, NULL}))
         return;
     fuzz_show("step", &h, 1);
     fuzz_show("impulse", r, m->rows);
@@ -335,10 +335,10 @@ static void run(perp_context *context, perp_mechanism *mechanism, machine *m, do
 
     if (perp_struct_init(&result, sizeof result) != PERP_OK)
         fuzz_fail("perp_struct_init takes its own size");
-    if (!fuzz_status_of(
-            context,
-            perp_mechanism_run(mechanism, q, v, &result, 0.0, 5 * h, h, m->q, m->v, observe, m),
-            "perp_mechanism_run", (const void *[]){q, v, NULL}))
+    if (!fuzz_status_of(context,
+                        perp_mechanism_run(mechanism, q, v, &result, START(0.0, h, m->q, m->v),
+                                           5 * h, observe, m),
+                        "perp_mechanism_run", (const void *[]){q, v, NULL}))
         return;
     if (fuzz_good(result.outcome)) {
         fuzz_finite("q", q, m->n);

@@ -97,8 +97,9 @@ static inline perp_lcp_enumeration enumerate(perp_context *context, list *l, con
 
     open_list(l, problem);
     assert_int_equal(perp_struct_init(&result, sizeof result), PERP_OK);
-    assert_int_equal(perp_lcp_all(context, &result, NULL, &problem->view, problem->q,
-                                  problem->lower, problem->upper, visit, l),
+    assert_int_equal(perp_lcp_all(context, &result, NULL,
+                                  LCP(&problem->view, problem->q, problem->lower, problem->upper),
+                                  visit, l),
                      PERP_OK);
     assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
     assert_int_equal(result.isolated, l->isolated);

@@ -54,8 +54,8 @@ static inline void release(many *p)
 
 static inline perp_status solve(many *p, const perp_lcp_settings *settings, int32_t threads)
 {
-    return perp_lcp_batch(context, p->z, p->w, p->outcomes, p->residuals, settings, threads, COUNT,
-                          p->n, p->M, p->q, p->lower, p->upper);
+    return perp_lcp_batch(context, p->z, p->w, p->outcomes, p->residuals, settings, threads,
+                          LCP_STACK(COUNT, p->n, p->M, p->q, p->lower, p->upper));
 }
 
 /* As groups read them. */
@@ -64,13 +64,13 @@ static inline perp__batch_data data_of(const many *p)
     perp__batch_data data;
 
     memset(&data, 0, sizeof data);
-    data.count = COUNT;
-    data.n = p->n;
+    data.stack.count = COUNT;
+    data.stack.n = p->n;
     data.scaling = 1;
-    data.M = p->M;
-    data.q = p->q;
-    data.lower = p->lower;
-    data.upper = p->upper;
+    data.stack.M = p->M;
+    data.stack.q = p->q;
+    data.stack.lower = p->lower;
+    data.stack.upper = p->upper;
     return data;
 }
 

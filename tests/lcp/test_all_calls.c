@@ -52,8 +52,9 @@ static int32_t visit(const perp_lcp_found *found, void *user)
 static perp_status enumerate(const gen_lcp *problem, perp_lcp_enumeration *result,
                              const perp_lcp_settings *settings, visits *v)
 {
-    return perp_lcp_all(context, result, settings, &problem->view, problem->q, problem->lower,
-                        problem->upper, v ? visit : NULL, v);
+    return perp_lcp_all(context, result, settings,
+                        LCP(&problem->view, problem->q, problem->lower, problem->upper),
+                        v ? visit : NULL, v);
 }
 
 /* ---- bounds -------------------------------------------------------------------------------- */
@@ -69,14 +70,14 @@ static void test_box(void **state)
 
     (void)state;
     gen_from_integers(&problem, 1, M, q);
-    assert_int_equal(
-        perp_lcp_all(context, &result, NULL, &problem.view, problem.q, &lower, &upper, visit, &v),
-        PERP_OK);
+    assert_int_equal(perp_lcp_all(context, &result, NULL,
+                                  LCP(&problem.view, problem.q, &lower, &upper), visit, &v),
+                     PERP_OK);
     assert_int_equal(result.isolated, 3);
     lower = upper = 0.5; /* fixed: w is free */
-    assert_int_equal(
-        perp_lcp_all(context, &result, NULL, &problem.view, problem.q, &lower, &upper, visit, &v),
-        PERP_OK);
+    assert_int_equal(perp_lcp_all(context, &result, NULL,
+                                  LCP(&problem.view, problem.q, &lower, &upper), visit, &v),
+                     PERP_OK);
     assert_int_equal(result.isolated, 1);
     gen_destroy(&problem);
 }
@@ -103,8 +104,9 @@ static void test_families(void **state)
         visits v = {0};
 
         gen_from_integers(&problem, 2, M, q);
-        assert_int_equal(perp_lcp_all(context, &result, NULL, &problem.view, problem.q,
-                                      cases[k].lower, cases[k].upper, visit, &v),
+        assert_int_equal(perp_lcp_all(context, &result, NULL,
+                                      LCP(&problem.view, problem.q, cases[k].lower, cases[k].upper),
+                                      visit, &v),
                          PERP_OK);
         assert_int_equal(v.count, 1);
         assert_int_equal(v.families, 1);
@@ -127,9 +129,9 @@ static void test_staircase(void **state)
     (void)state;
     gen_from_integers(&problem, 2, M, q);
     problem.q[1] = -0.5;
-    assert_int_equal(
-        perp_lcp_all(context, &result, NULL, &problem.view, problem.q, lower, upper, visit, &v),
-        PERP_OK);
+    assert_int_equal(perp_lcp_all(context, &result, NULL,
+                                  LCP(&problem.view, problem.q, lower, upper), visit, &v),
+                     PERP_OK);
     assert_int_equal(result.isolated, 0);
     assert_int_equal(result.families, 3);
     assert_int_equal(v.vertices, 6);
@@ -154,15 +156,13 @@ static void test_scaling(void **state)
 
     (void)state;
     assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, 2, 2, M, 2), PERP_OK);
-    assert_int_equal(perp_lcp_all(context, &result, NULL, &view, q, NULL, NULL, sum_z, plain),
-                     PERP_OK);
+    assert_int_equal(perp_lcp_all(context, &result, NULL, LCP(&view, q), sum_z, plain), PERP_OK);
     M[0] = 0x1p400;
     M[1] = M[2] = 0x1p51;
     M[3] = 0x1p-300;
     q[0] = -0x1p200;
     q[1] = -0x1p-150;
-    assert_int_equal(perp_lcp_all(context, &result, NULL, &view, q, NULL, NULL, sum_z, scaled),
-                     PERP_OK);
+    assert_int_equal(perp_lcp_all(context, &result, NULL, LCP(&view, q), sum_z, scaled), PERP_OK);
     assert_int_equal(result.isolated, 3);
     assert_true(scaled[0] == plain[0] * 0x1p-200 && scaled[1] == plain[1] * 0x1p150);
 }
@@ -178,8 +178,7 @@ static void test_overflow(void **state)
     assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, 2, 2, M, 2), PERP_OK);
     /* (1e-300, 1e-300) solves it; so do (1e300, 0) and (0, 1e300), but w = 1e600 is no double: the
      * list is not all there is, and says so */
-    assert_int_equal(perp_lcp_all(context, &result, NULL, &view, q, NULL, NULL, sum_z, sum),
-                     PERP_OK);
+    assert_int_equal(perp_lcp_all(context, &result, NULL, LCP(&view, q), sum_z, sum), PERP_OK);
     assert_int_equal(result.outcome, PERP_OUTCOME_STALLED);
     assert_int_equal(result.isolated, 1);
     assert_int_equal(result.families, 0);
@@ -274,9 +273,9 @@ static void test_reentry(void **state)
 
     (void)state;
     make_signs(&problem);
-    assert_int_equal(perp_lcp_all(context, &result, NULL, &problem.view, problem.q, NULL, NULL,
-                                  call_again, &problem),
-                     PERP_OK);
+    assert_int_equal(
+        perp_lcp_all(context, &result, NULL, LCP(&problem.view, problem.q), call_again, &problem),
+        PERP_OK);
     gen_destroy(&problem);
 }
 
@@ -291,34 +290,34 @@ static void test_refusals(void **state)
 
     (void)state;
     assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, 2, 2, M, 2), PERP_OK);
-    assert_int_equal(perp_lcp_all(NULL, &result, NULL, &view, q, NULL, NULL, NULL, NULL),
+    assert_int_equal(perp_lcp_all(NULL, &result, NULL, LCP(&view, q), NULL, NULL),
                      PERP_ERROR_HANDLE);
-    assert_int_equal(perp_lcp_all(context, NULL, NULL, &view, q, NULL, NULL, NULL, NULL),
+    assert_int_equal(perp_lcp_all(context, NULL, NULL, LCP(&view, q), NULL, NULL),
                      PERP_ERROR_ARGUMENT);
-    assert_int_equal(perp_lcp_all(context, &result, NULL, NULL, q, NULL, NULL, NULL, NULL),
+    assert_int_equal(perp_lcp_all(context, &result, NULL, LCP(NULL, q), NULL, NULL),
                      PERP_ERROR_ARGUMENT);
-    assert_int_equal(perp_lcp_all(context, &result, NULL, &view, NULL, NULL, NULL, NULL, NULL),
+    assert_int_equal(perp_lcp_all(context, &result, NULL, LCP(&view), NULL, NULL),
                      PERP_ERROR_ARGUMENT);
-    assert_int_equal(perp_lcp_all(context, &result, NULL, &view, bad, NULL, NULL, NULL, NULL),
+    assert_int_equal(perp_lcp_all(context, &result, NULL, LCP(&view, bad), NULL, NULL),
                      PERP_ERROR_NOT_FINITE);
     assert_non_null(strstr(perp_context_message(context), "q[1]"));
-    assert_int_equal(perp_lcp_all(context, &result, NULL, &view, q, low, high, NULL, NULL),
+    assert_int_equal(perp_lcp_all(context, &result, NULL, LCP(&view, q, low, high), NULL, NULL),
                      PERP_ERROR_ARGUMENT);
     assert_non_null(strstr(perp_context_message(context), "lower[1]"));
     settings.tol = -1.0;
-    assert_int_equal(perp_lcp_all(context, &result, &settings, &view, q, NULL, NULL, NULL, NULL),
+    assert_int_equal(perp_lcp_all(context, &result, &settings, LCP(&view, q), NULL, NULL),
                      PERP_ERROR_ARGUMENT);
     assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, 61, 61, M, 61), PERP_OK);
-    assert_int_equal(perp_lcp_all(context, &result, NULL, &view, q, NULL, NULL, NULL, NULL),
+    assert_int_equal(perp_lcp_all(context, &result, NULL, LCP(&view, q), NULL, NULL),
                      PERP_ERROR_ARGUMENT);
     assert_non_null(strstr(perp_context_message(context), "61 rows"));
     M[0] = INFINITY;
-    assert_int_equal(perp_lcp_all(context, &result, NULL, &view, q, NULL, NULL, NULL, NULL),
+    assert_int_equal(perp_lcp_all(context, &result, NULL, LCP(&view, q), NULL, NULL),
                      PERP_ERROR_NOT_FINITE);
     assert_int_equal(result.nodes, 77);
     result.struct_size = 4;
     assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, 2, 2, q, 2), PERP_OK);
-    assert_int_equal(perp_lcp_all(context, &result, NULL, &view, q, NULL, NULL, NULL, NULL),
+    assert_int_equal(perp_lcp_all(context, &result, NULL, LCP(&view, q), NULL, NULL),
                      PERP_ERROR_ABI);
 }
 
@@ -341,8 +340,7 @@ static void test_memory(void **state)
         visits v = {0};
 
         m.calls = 0;
-        status =
-            perp_lcp_all(limited, &result, NULL, &problem.view, problem.q, NULL, NULL, visit, &v);
+        status = perp_lcp_all(limited, &result, NULL, LCP(&problem.view, problem.q), visit, &v);
         assert_int_equal(m.live, 1); /* the context */
         if (status != PERP_OK) {
             assert_int_equal(status, PERP_ERROR_MEMORY);
@@ -367,8 +365,7 @@ static void test_a_solution_out_of_range(void **state)
     perp_matrix view = matrix_rows(&M, 1, 1);
 
     (void)state;
-    assert_int_equal(perp_lcp_all(context, &result, NULL, &view, &q, NULL, NULL, visit, &v),
-                     PERP_OK);
+    assert_int_equal(perp_lcp_all(context, &result, NULL, LCP(&view, &q), visit, &v), PERP_OK);
     assert_int_equal(v.count, 0);
     assert_int_equal(result.outcome, PERP_OUTCOME_STALLED);
 }
@@ -412,8 +409,8 @@ static void test_reports_are_finite(void **state)
             u[i] = gen_integer(&random, 4) ? INFINITY : sizes[gen_integer(&random, 14)];
         }
         view = matrix_rows(M, n, n);
-        assert_int_equal(perp_lcp_all(context, &result, NULL, &view, q, l, u, visit_finite, &n),
-                         PERP_OK);
+        assert_int_equal(
+            perp_lcp_all(context, &result, NULL, LCP(&view, q, l, u), visit_finite, &n), PERP_OK);
     }
 }
 
@@ -437,9 +434,9 @@ static void test_bounds_out_of_range(void **state)
 
     (void)state;
     view = matrix_rows(&M, 1, 1);
-    assert_int_equal(
-        perp_lcp_all(context, &result, NULL, &view, &q, &lower, &upper, require_vertex, &count),
-        PERP_OK);
+    assert_int_equal(perp_lcp_all(context, &result, NULL, LCP(&view, &q, &lower, &upper),
+                                  require_vertex, &count),
+                     PERP_OK);
     assert_int_equal(count, 1);
 }
 

@@ -143,8 +143,8 @@ static int fail_once(perp_context *context, memory *m, const gen_lcp *problem,
         z[i] = 123.25;
     m->calls = 0;
     m->fails_at = k;
-    status = perp_lcp_solve(context, z, w, NULL, &result, settings, &problem->view, problem->q,
-                            problem->lower, problem->upper, NULL);
+    status = perp_lcp_solve(context, z, w, NULL, &result, settings,
+                            LCP(&problem->view, problem->q, problem->lower, problem->upper), NULL);
     m->fails_at = 0;
     if (m->live != live)
         fail_msg("%s: %d blocks lost when allocation %d failed", where, m->live - live, k);

@@ -192,7 +192,7 @@ static void refuse(many *p, perp_status expected, const char *name, int32_t thre
 
     memcpy(before, p->z, bytes);
     assert_int_equal(perp_lcp_batch(context, p->z, p->w, p->outcomes, p->residuals, NULL, threads,
-                                    count, n, p->M, p->q, p->lower, p->upper),
+                                    LCP_STACK(count, n, p->M, p->q, p->lower, p->upper)),
                      expected);
     if (!strstr(perp_context_message(context), name))
         fail_msg("'%s' does not name '%s'", perp_context_message(context), name);
@@ -227,12 +227,12 @@ static void test_refusals(void **state)
     refuse(&p, PERP_ERROR_ARGUMENT, "M", 1, COUNT, N);
     p.M = kept;
     assert_int_equal(solve(&p, NULL, 1), PERP_OK); /* the context is as good as before */
-    assert_int_equal(
-        perp_lcp_batch(NULL, p.z, NULL, NULL, NULL, NULL, 1, COUNT, N, p.M, p.q, NULL, NULL),
-        PERP_ERROR_HANDLE);
-    assert_int_equal(
-        perp_lcp_batch(context, NULL, NULL, NULL, NULL, NULL, 1, 0, N, NULL, NULL, NULL, NULL),
-        PERP_OK);
+    assert_int_equal(perp_lcp_batch(NULL, p.z, NULL, NULL, NULL, NULL, 1,
+                                    LCP_STACK(COUNT, N, p.M, p.q, NULL, NULL)),
+                     PERP_ERROR_HANDLE);
+    assert_int_equal(perp_lcp_batch(context, NULL, NULL, NULL, NULL, NULL, 1,
+                                    LCP_STACK(0, N, NULL, NULL, NULL, NULL)),
+                     PERP_OK);
     release(&p);
 }
 
@@ -258,8 +258,8 @@ static void test_memory_failures(void **state)
             p.z[i] = 42.0;
         m.calls = 0;
         m.fails_at = k;
-        status = perp_lcp_batch(poor, p.z, p.w, p.outcomes, p.residuals, NULL, 2, COUNT, N, p.M,
-                                p.q, p.lower, p.upper);
+        status = perp_lcp_batch(poor, p.z, p.w, p.outcomes, p.residuals, NULL, 2,
+                                LCP_STACK(COUNT, N, p.M, p.q, p.lower, p.upper));
         if (k == 0) {
             assert_int_equal(status, PERP_OK);
             calls = m.calls;
@@ -314,8 +314,8 @@ static void test_a_time_limit_for_those_solved_alone(void **state)
     settings.max_iterations = 2000000000;
     settings.tol = 1e-300;
     settings.polish = 0;
-    assert_int_equal(perp_lcp_batch(context, z, NULL, &outcome, &residual, &settings, 1, 1, LONG, M,
-                                    q, NULL, NULL),
+    assert_int_equal(perp_lcp_batch(context, z, NULL, &outcome, &residual, &settings, 1,
+                                    LCP_STACK(1, LONG, M, q, NULL, NULL)),
                      PERP_OK);
     assert_int_equal(outcome, PERP_OUTCOME_TIME_LIMIT);
     free(M);

@@ -178,8 +178,9 @@ static void test_verdicts_are_the_front_doors(void **state)
             double z[N];
             size_t i;
 
-            assert_int_equal(perp_lcp_solve(context, z, NULL, NULL, &result, NULL, &M, p.q + k * n,
-                                            p.lower + k * n, p.upper + k * n, NULL),
+            assert_int_equal(perp_lcp_solve(context, z, NULL, NULL, &result, NULL,
+                                            LCP(&M, p.q + k * n, p.lower + k * n, p.upper + k * n),
+                                            NULL),
                              PERP_OK);
             assert_true(good ? result.outcome == PERP_OUTCOME_SOLVED ||
                                    result.outcome == PERP_OUTCOME_ROUNDING_LIMIT
@@ -201,9 +202,9 @@ static void test_overflow_is_no_solution(void **state)
     int32_t outcome;
 
     (void)state;
-    assert_int_equal(
-        perp_lcp_batch(context, z, NULL, &outcome, &residual, NULL, 1, 1, 2, M, q, lower, upper),
-        PERP_OK);
+    assert_int_equal(perp_lcp_batch(context, z, NULL, &outcome, &residual, NULL, 1,
+                                    LCP_STACK(1, 2, M, q, lower, upper)),
+                     PERP_OK);
     /* the solution is (-1, 0) */
     assert_true(outcome != PERP_OUTCOME_SOLVED || (z[0] == -1.0 && z[1] == 0.0));
     assert_true(isfinite(z[0]) && isfinite(z[1]) && !isnan(residual));

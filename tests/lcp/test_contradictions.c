@@ -41,7 +41,7 @@ static void test_without_solution(void **state)
         settings.tol = tols[k % 2];
         gen_contradiction(&problem, &random, 0);
         assert_int_equal(perp_lcp_solve(context, problem.w, NULL, NULL, &result, &settings,
-                                        &problem.view, problem.q, problem.lower, NULL, NULL),
+                                        LCP(&problem.view, problem.q, problem.lower), NULL),
                          PERP_OK);
         good[k % 2] +=
             result.outcome == PERP_OUTCOME_SOLVED || result.outcome == PERP_OUTCOME_ROUNDING_LIMIT;

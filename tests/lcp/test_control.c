@@ -157,8 +157,8 @@ static void test_the_monitor_can_abort(void **state)
         settings.monitor = observe;
         settings.monitor_user = &o;
         fill(z, w, ray, &result, 7);
-        assert_int_equal(perp_lcp_solve(context, z, w, ray, &result, &settings, &problem.view,
-                                        problem.q, NULL, NULL, NULL),
+        assert_int_equal(perp_lcp_solve(context, z, w, ray, &result, &settings,
+                                        LCP(&problem.view, problem.q), NULL),
                          PERP_ERROR_CALLBACK);
         assert_string_not_equal(perp_context_message(context), "");
         assert_untouched(z, w, ray, &result, 7);
@@ -209,8 +209,8 @@ static int32_t intrude(const perp_lcp_progress *progress, void *user)
     assert_int_equal(
         perp_lcp_solver_solve(in->solver, z, NULL, NULL, &result, in->problem->q, NULL),
         PERP_ERROR_BUSY);
-    assert_int_equal(perp_lcp_solve(context, z, NULL, NULL, &result, NULL, &in->problem->view,
-                                    in->problem->q, NULL, NULL, NULL),
+    assert_int_equal(perp_lcp_solve(context, z, NULL, NULL, &result, NULL,
+                                    LCP(&in->problem->view, in->problem->q), NULL),
                      PERP_ERROR_BUSY);
     return 0;
 }

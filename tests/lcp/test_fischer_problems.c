@@ -255,9 +255,8 @@ static void test_empty(void **state)
     perp_lcp_result result = fresh_lcp_result();
 
     (void)state;
-    assert_int_equal(
-        perp_lcp_solve(context, NULL, NULL, NULL, &result, &settings, &M, NULL, NULL, NULL, NULL),
-        PERP_OK);
+    assert_int_equal(perp_lcp_solve(context, NULL, NULL, NULL, &result, &settings, LCP(&M), NULL),
+                     PERP_OK);
     assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
 }
 

@@ -34,9 +34,9 @@ static void test_no_variables(void **state)
         assert_true(r.result.residual == 0 && r.result.backward_error == 0);
         run_release(&r);
         assert_int_equal(perp_struct_init(&result, sizeof result), PERP_OK);
-        assert_int_equal(perp_lcp_solve(context, NULL, NULL, NULL, &result, &settings,
-                                        &problem.view, NULL, NULL, NULL, NULL),
-                         PERP_OK); /* arrays of no entries need not exist */
+        assert_int_equal(
+            perp_lcp_solve(context, NULL, NULL, NULL, &result, &settings, LCP(&problem.view), NULL),
+            PERP_OK); /* arrays of no entries need not exist */
     }
     gen_destroy(&problem);
 }

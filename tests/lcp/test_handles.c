@@ -93,15 +93,14 @@ static void test_null_and_destroyed_contexts(void **state)
     double z[2];
 
     (void)state;
-    assert_int_equal(perp_lcp_solve(NULL, z, NULL, NULL, &result, NULL, &M, q, NULL, NULL, NULL),
+    assert_int_equal(perp_lcp_solve(NULL, z, NULL, NULL, &result, NULL, LCP(&M, q), NULL),
                      PERP_ERROR_HANDLE);
     settings.allocate = keep_allocate;
     settings.release = keep_release;
     assert_int_equal(perp_context_create(&short_lived, &settings), PERP_OK);
     perp_context_destroy(short_lived);
-    assert_int_equal(
-        perp_lcp_solve(short_lived, z, NULL, NULL, &result, NULL, &M, q, NULL, NULL, NULL),
-        PERP_ERROR_HANDLE);
+    assert_int_equal(perp_lcp_solve(short_lived, z, NULL, NULL, &result, NULL, LCP(&M, q), NULL),
+                     PERP_ERROR_HANDLE);
     assert_string_equal(perp_context_message(short_lived), "");
     perp_context_destroy(short_lived);
 }
@@ -167,7 +166,7 @@ static void test_structs_of_a_later_release(void **state)
     assert_int_equal(perp_struct_init(&M.m, sizeof M), PERP_OK);
     assert_int_equal(perp_matrix_dense(&M.m, PERP_STORAGE_ROW_MAJOR, 2, 2, values, 2), PERP_OK);
     assert_int_equal(
-        perp_lcp_solve(context, z, NULL, NULL, &result.r, &settings.s, &M.m, q, NULL, NULL, NULL),
+        perp_lcp_solve(context, z, NULL, NULL, &result.r, &settings.s, LCP(&M.m, q), NULL),
         PERP_OK);
     assert_true(z[0] == 1 && z[1] == 1);
     assert_int_equal(result.r.struct_size, sizeof result);
@@ -185,21 +184,18 @@ static void test_outputs_not_asked_for(void **state)
     double z[2], w[2], ray[2] = {7, 7};
 
     (void)state;
-    assert_int_equal(perp_lcp_solve(context, z, w, ray, &result, NULL, &M, q, NULL, NULL, NULL),
-                     PERP_OK);
+    assert_int_equal(perp_lcp_solve(context, z, w, ray, &result, NULL, LCP(&M, q), NULL), PERP_OK);
     assert_true(w[0] == 0 && w[1] == 0);
     assert_true(ray[0] == 7 && ray[1] == 7); /* written only with has_ray */
     assert_int_equal(result.has_ray, 0);
     M.values = walls;
-    assert_int_equal(
-        perp_lcp_solve(context, z, NULL, NULL, &result, NULL, &M, pushed, NULL, NULL, NULL),
-        PERP_OK);
+    assert_int_equal(perp_lcp_solve(context, z, NULL, NULL, &result, NULL, LCP(&M, pushed), NULL),
+                     PERP_OK);
     assert_int_equal(result.outcome, PERP_OUTCOME_RAY);
     assert_int_equal(result.has_ray, 1);
     assert_int_equal(result.certificate, PERP_CERTIFICATE_INFEASIBLE);
-    assert_int_equal(
-        perp_lcp_solve(context, z, NULL, ray, &result, NULL, &M, pushed, NULL, NULL, NULL),
-        PERP_OK);
+    assert_int_equal(perp_lcp_solve(context, z, NULL, ray, &result, NULL, LCP(&M, pushed), NULL),
+                     PERP_OK);
     assert_true(ray[0] == 1 && ray[1] == 1);
 }
 

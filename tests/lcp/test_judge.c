@@ -120,9 +120,9 @@ static void test_a_batch_of_small_numbers(void **state)
         M[i] = gen_uniform(&random, -1, 1) + (i % (N * N) % (N + 1) == 0 ? 8.0 : 0.0);
     for (i = 0; i < COUNT * N; i++)
         q[i] = ldexp(gen_uniform(&random, -1, 1), -700);
-    assert_int_equal(
-        perp_lcp_batch(context, z, NULL, outcomes, residuals, NULL, 1, COUNT, N, M, q, NULL, NULL),
-        PERP_OK);
+    assert_int_equal(perp_lcp_batch(context, z, NULL, outcomes, residuals, NULL, 1,
+                                    LCP_STACK(COUNT, N, M, q, NULL, NULL)),
+                     PERP_OK);
     for (k = 0; k < COUNT; k++) {
         assert_int_equal(outcomes[k], PERP_OUTCOME_SOLVED);
         assert_true(residuals[k] == 0.0 || residuals[k] >= 0x1p-106);

@@ -269,8 +269,9 @@ static void test_limits_and_stops(void **state)
         run_release(&r);
         answer = -1;
         assert_int_equal(perp_struct_init(&result, sizeof result), PERP_OK);
-        assert_int_equal(perp_lcp_solve(context, z, NULL, NULL, &result, &settings, &problem.view,
-                                        problem.q, problem.lower, problem.upper, NULL),
+        assert_int_equal(perp_lcp_solve(context, z, NULL, NULL, &result, &settings,
+                                        LCP(&problem.view, problem.q, problem.lower, problem.upper),
+                                        NULL),
                          PERP_ERROR_CALLBACK);
         settings.monitor = NULL;
         settings.time_limit = 1e-300;

@@ -115,7 +115,7 @@ static void test_monitor(void **state)
             l.answer = -1;
             assert_int_equal(perp_struct_init(&result, sizeof result), PERP_OK);
             assert_int_equal(perp_lcp_solve(context, z, NULL, NULL, &result, &settings,
-                                            &problem.view, problem.q, NULL, NULL, NULL),
+                                            LCP(&problem.view, problem.q), NULL),
                              PERP_ERROR_CALLBACK);
             assert_int_equal(l.calls, at);
             free(z);

@@ -90,7 +90,7 @@ static perp_status solve_3(double diagonal, int csc, double *z)
             perp_matrix_csc(&M, 3, 3, diagonal == 0.0 ? starts_without : starts, rows, sparse),
             PERP_OK);
     }
-    return perp_lcp_solve(context, z, NULL, NULL, &result, &settings, &M, q, NULL, NULL, NULL);
+    return perp_lcp_solve(context, z, NULL, NULL, &result, &settings, LCP(&M, q), NULL);
 }
 
 static void test_refuses_a_diagonal_that_is_not_positive(void **state)
@@ -250,8 +250,8 @@ static void test_overflow_is_survived(void **state)
         double z[3] = {NAN, NAN, NAN};
         perp_lcp_result result = fresh_lcp_result();
 
-        assert_int_equal(perp_lcp_solve(context, z, NULL, NULL, &result, &settings, &M, q, lower,
-                                        upper, starts[k]),
+        assert_int_equal(perp_lcp_solve(context, z, NULL, NULL, &result, &settings,
+                                        LCP(&M, q, lower, upper), starts[k]),
                          PERP_OK);
         assert_int_equal(result.outcome, PERP_OUTCOME_STALLED);
         assert_int_equal(result.iterations, 1);

@@ -109,8 +109,8 @@ static void test_rows_of_zeros_without_a_place(void **state)
         perp_status status;
         perp_lcp_result result = fresh_lcp_result();
 
-        status = perp_lcp_solve(context, z, NULL, NULL, &result, &settings, &M, q,
-                                k == 2 ? lower : NULL, NULL, NULL);
+        status = perp_lcp_solve(context, z, NULL, NULL, &result, &settings,
+                                LCP(&M, q, k == 2 ? lower : NULL), NULL);
         if (k == 1) { /* q_1 = 0: any z_1 will do */
             assert_int_equal(status, PERP_OK);
             assert_true(z[0] == 1.0 && z[1] == 0.0);

@@ -1,4 +1,4 @@
-/* perp_lcp_solve_product: problems with exact solutions whose M the solver sees by products alone;
+/* perp_lcp_solve: problems with exact solutions whose M the solver sees by products alone;
  * what it says of itself, recomputed; and every refusal. */
 #include <math.h>
 #include <stdio.h>
@@ -49,8 +49,8 @@ static perp_status solve(seen *s, double *z, double *w, perp_lcp_result *result,
     const gen_lcp *p = s->problem;
 
     assert_int_equal(perp_struct_init(result, sizeof *result), PERP_OK);
-    return perp_lcp_solve_product(context, z, w, result, settings, p->n, multiply, s, diagonal,
-                                  p->q, p->lower, p->upper, z0);
+    return perp_lcp_solve(context, z, w, NULL, result, settings,
+                          LCP_PRODUCT(p->n, multiply, s, diagonal, p->q, p->lower, p->upper), z0);
 }
 
 /* Exact solutions of every kind of bounds are found; z is within them, w is what the exact product
@@ -193,9 +193,11 @@ static void test_rounding_is_no_curvature(void **state)
         for (int i = 0; i < N * N; i++)
             for (int k = 0; k < RANK; k++)
                 p.M[i] += A[i / N][k] * A[i % N][k];
-        assert_int_equal(perp_lcp_solve_product(context, z, NULL, &result, NULL, N, multiply,
-                                                &(seen){.problem = &p}, NULL, p.q, low, high, NULL),
-                         PERP_OK);
+        assert_int_equal(
+            perp_lcp_solve(context, z, NULL, NULL, &result, NULL,
+                           LCP_PRODUCT(N, multiply, &(seen){.problem = &p}, NULL, p.q, low, high),
+                           NULL),
+            PERP_OK);
         assert_int_equal(result.outcome, PERP_OUTCOME_STALLED);
         /* ten for |M| and gradients; a direction a dimension, and the one that falls for ever */
         assert_true(result.iterations <= 10 + RANK + 2);
@@ -324,12 +326,16 @@ static void test_refusals(void **state)
 
     (void)state;
     gen_from_integers(&p, 2, values, offsets);
-#define CALL(z, result, n, product, diagonal, q, low, high, z0)                                    \
-    perp_lcp_solve_product(context, z, NULL, result, NULL, n, product, &s, diagonal, q, low, high, \
-                           z0)
+#define CALL(z, result, n, product, diagonal, q, low, high, z0) \
+    perp_lcp_solve(context, z, NULL, NULL, result, NULL,        \
+                   LCP_PRODUCT(n, product, &s, diagonal, q, low, high), z0)
     refused(CALL(z, &result, -1, multiply, NULL, p.q, NULL, NULL, NULL), PERP_ERROR_ARGUMENT,
             "n is -1");
-    refused(CALL(z, &result, 2, NULL, NULL, p.q, NULL, NULL, NULL), PERP_ERROR_ARGUMENT, "product");
+    refused(CALL(z, &result, 2, NULL, NULL, p.q, NULL, NULL, NULL), PERP_ERROR_ARGUMENT,
+            "M is NULL");
+    refused(perp_lcp_solve(context, z, NULL, NULL, &result, NULL,
+                           LCP(&p.view, p.q, .n = 2, .product = multiply), NULL),
+            PERP_ERROR_ARGUMENT, "M and a product");
     refused(CALL(NULL, &result, 2, multiply, NULL, p.q, NULL, NULL, NULL), PERP_ERROR_ARGUMENT,
             "z");
     refused(CALL(z, NULL, 2, multiply, NULL, p.q, NULL, NULL, NULL), PERP_ERROR_ARGUMENT, "result");
@@ -365,8 +371,8 @@ static perp_status one_solve(const perp_context_settings *settings)
     if (status != PERP_OK)
         return status;
     gen_from_integers(&p, 2, values, offsets);
-    status = perp_lcp_solve_product(own, z, NULL, &result, NULL, 2, multiply, &s, NULL, p.q, NULL,
-                                    NULL, NULL);
+    status = perp_lcp_solve(own, z, NULL, NULL, &result, NULL,
+                            LCP_PRODUCT(2, multiply, &s, NULL, p.q, NULL, NULL), NULL);
     gen_destroy(&p);
     perp_context_destroy(own);
     return status;

@@ -184,8 +184,8 @@ static refusal spoil(call *c, int k)
 
 static perp_status at_once(call *c)
 {
-    return perp_lcp_solve(context, c->z_out, c->w, c->ray, c->result, &c->s.settings, c->matrix,
-                          c->q_in, c->lower, c->upper, c->z0);
+    return perp_lcp_solve(context, c->z_out, c->w, c->ray, c->result, &c->s.settings,
+                          LCP(c->matrix, c->q_in, c->lower, c->upper), c->z0);
 }
 
 /* Through a solver that has a good problem already: where the bad call is refused, solving the

@@ -21,8 +21,9 @@ static perp_lcp_sensitivity *open_at(perp_lcp_sensitivity_info *info, const gen_
     perp_lcp_sensitivity *s = NULL;
 
     *info = fresh_lcp_sensitivity_info();
-    assert_int_equal(perp_lcp_sensitivity_create(context, &s, info, NULL, &problem->view,
-                                                 problem->q, problem->lower, problem->upper, z),
+    assert_int_equal(perp_lcp_sensitivity_create(
+                         context, &s, info, NULL,
+                         LCP(&problem->view, problem->q, problem->lower, problem->upper), z),
                      PERP_OK);
     return s;
 }
@@ -196,10 +197,12 @@ static void test_adjoint(void **state)
             make_problem(&problem, &random, n, GEN_PD_UNSYMMETRIC, round % GEN_BOUNDS);
             make_direction(&d, &random, n);
             gen_to_csc(&csc, &problem);
-            assert_int_equal(perp_lcp_sensitivity_create(
-                                 context, &s, &info, NULL, sparse ? &csc.view : &problem.view,
-                                 problem.q, problem.lower, problem.upper, problem.z),
-                             PERP_OK);
+            assert_int_equal(
+                perp_lcp_sensitivity_create(context, &s, &info, NULL,
+                                            LCP(sparse ? &csc.view : &problem.view, problem.q,
+                                                problem.lower, problem.upper),
+                                            problem.z),
+                PERP_OK);
             for (i = 0; i < n; i++)
                 g[i] = gen_normal(&random);
             for (kind = 0; kind <= 4; kind++)
@@ -306,8 +309,8 @@ static void test_margin(void **state)
 
     (void)state;
     gen_from_integers(&problem, 1, M, q);
-    assert_int_equal(perp_lcp_sensitivity_create(context, &s, &info, NULL, &problem.view, problem.q,
-                                                 &lower, &upper, &z),
+    assert_int_equal(perp_lcp_sensitivity_create(context, &s, &info, NULL,
+                                                 LCP(&problem.view, problem.q, &lower, &upper), &z),
                      PERP_OK);
     assert_true(info.margin == 0.25);
     perp_lcp_sensitivity_destroy(s);

@@ -36,8 +36,8 @@ static void prepare(call *c)
 
 static perp_status create(call *c, perp_lcp_sensitivity **s)
 {
-    return perp_lcp_sensitivity_create(context, s, &c->info, &c->settings, &c->view, c->q, c->lower,
-                                       c->upper, c->z);
+    return perp_lcp_sensitivity_create(context, s, &c->info, &c->settings,
+                                       LCP(&c->view, c->q, c->lower, c->upper), c->z);
 }
 
 static void refuse(call *c, perp_status expected, const char *words, const char *changes)
@@ -64,23 +64,19 @@ static void test_create(void **state)
 
     (void)state;
     prepare(&c);
+    assert_int_equal(perp_lcp_sensitivity_create(NULL, &s, &c.info, NULL, LCP(&c.view, c.q), c.z),
+                     PERP_ERROR_HANDLE);
     assert_int_equal(
-        perp_lcp_sensitivity_create(NULL, &s, &c.info, NULL, &c.view, c.q, NULL, NULL, c.z),
-        PERP_ERROR_HANDLE);
-    assert_int_equal(
-        perp_lcp_sensitivity_create(context, NULL, &c.info, NULL, &c.view, c.q, NULL, NULL, c.z),
+        perp_lcp_sensitivity_create(context, NULL, &c.info, NULL, LCP(&c.view, c.q), c.z),
         PERP_ERROR_ARGUMENT);
+    assert_int_equal(perp_lcp_sensitivity_create(context, &s, NULL, NULL, LCP(&c.view, c.q), c.z),
+                     PERP_ERROR_ARGUMENT);
+    assert_int_equal(perp_lcp_sensitivity_create(context, &s, &c.info, NULL, LCP(NULL, c.q), c.z),
+                     PERP_ERROR_ARGUMENT);
+    assert_int_equal(perp_lcp_sensitivity_create(context, &s, &c.info, NULL, LCP(&c.view), c.z),
+                     PERP_ERROR_ARGUMENT);
     assert_int_equal(
-        perp_lcp_sensitivity_create(context, &s, NULL, NULL, &c.view, c.q, NULL, NULL, c.z),
-        PERP_ERROR_ARGUMENT);
-    assert_int_equal(
-        perp_lcp_sensitivity_create(context, &s, &c.info, NULL, NULL, c.q, NULL, NULL, c.z),
-        PERP_ERROR_ARGUMENT);
-    assert_int_equal(
-        perp_lcp_sensitivity_create(context, &s, &c.info, NULL, &c.view, NULL, NULL, NULL, c.z),
-        PERP_ERROR_ARGUMENT);
-    assert_int_equal(
-        perp_lcp_sensitivity_create(context, &s, &c.info, NULL, &c.view, c.q, NULL, NULL, NULL),
+        perp_lcp_sensitivity_create(context, &s, &c.info, NULL, LCP(&c.view, c.q), NULL),
         PERP_ERROR_ARGUMENT);
     assert_null(s);
     REFUSED(NOT_FINITE, "M(1,0)", c.M[2] = NAN);
@@ -142,9 +138,8 @@ static void test_outlives_context(void **state)
     (void)state;
     prepare(&c);
     assert_int_equal(perp_context_create(&own, NULL), PERP_OK);
-    assert_int_equal(
-        perp_lcp_sensitivity_create(own, &s, &c.info, NULL, &c.view, c.q, NULL, NULL, c.z),
-        PERP_OK);
+    assert_int_equal(perp_lcp_sensitivity_create(own, &s, &c.info, NULL, LCP(&c.view, c.q), c.z),
+                     PERP_OK);
     perp_context_destroy(own);
     assert_int_equal(perp_lcp_sensitivity_forward(s, out, c.z, NULL, NULL, NULL), PERP_OK);
     perp_lcp_sensitivity_destroy(s);
@@ -176,8 +171,9 @@ static void test_memory(void **state)
         for (m.fails_at = 1; status != PERP_OK; m.fails_at++) {
             m.calls = 0;
             assert_int_equal(perp_struct_init(&info, sizeof info), PERP_OK);
-            status = perp_lcp_sensitivity_create(limited, &s, &info, NULL, &problem.view, problem.q,
-                                                 problem.lower, problem.upper, problem.z);
+            status = perp_lcp_sensitivity_create(
+                limited, &s, &info, NULL,
+                LCP(&problem.view, problem.q, problem.lower, problem.upper), problem.z);
             if (status != PERP_OK) {
                 assert_int_equal(status, PERP_ERROR_MEMORY);
                 assert_null(s);

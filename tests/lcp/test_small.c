@@ -164,7 +164,7 @@ static void test_monitor_is_obeyed(void **state)
 
         settings.monitor_user = &say;
         assert_int_equal(
-            perp_lcp_solve(context, z, NULL, NULL, &result, &settings, &view, q, NULL, NULL, NULL),
+            perp_lcp_solve(context, z, NULL, NULL, &result, &settings, LCP(&view, q), NULL),
             expected);
         if (say < 0)
             assert_true(z[0] == 7.0);
@@ -193,8 +193,8 @@ static void test_one_call_takes_no_memory(void **state)
 
         gen_problem(&problem, &random, n, GEN_PD_SYMMETRIC, GEN_PLAIN);
         m.calls = 0;
-        assert_int_equal(perp_lcp_solve(counting, z, NULL, NULL, &result, &settings, &problem.view,
-                                        problem.q, NULL, NULL, NULL),
+        assert_int_equal(perp_lcp_solve(counting, z, NULL, NULL, &result, &settings,
+                                        LCP(&problem.view, problem.q), NULL),
                          PERP_OK);
         assert_true(is_taken(&problem, &settings, z) == (m.calls == 0));
         gen_destroy(&problem);
@@ -214,9 +214,9 @@ static void test_start_decides(void **state)
 
     (void)state;
     for (int k = 0; k < 3; k++) {
-        assert_int_equal(perp_lcp_solve(context, z, NULL, NULL, &result, &settings, &view, q, NULL,
-                                        NULL, starts[k]),
-                         PERP_OK);
+        assert_int_equal(
+            perp_lcp_solve(context, z, NULL, NULL, &result, &settings, LCP(&view, q), starts[k]),
+            PERP_OK);
         assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
         assert_int_equal(result.method, PERP_LCP_POLISH);
         assert_int_equal(result.iterations, 0);
@@ -265,9 +265,8 @@ static void test_rays_are_left_to_lemke(void **state)
     double z[2], ray[2];
 
     (void)state;
-    assert_int_equal(
-        perp_lcp_solve(context, z, NULL, ray, &result, &settings, &view, q, NULL, NULL, NULL),
-        PERP_OK);
+    assert_int_equal(perp_lcp_solve(context, z, NULL, ray, &result, &settings, LCP(&view, q), NULL),
+                     PERP_OK);
     assert_int_equal(result.outcome, PERP_OUTCOME_RAY);
     assert_int_equal(result.certificate, PERP_CERTIFICATE_INFEASIBLE);
 }

@@ -20,9 +20,10 @@ static perp_lcp_proof verify(const gen_lcp *problem, double *radii, const double
 {
     perp_lcp_proof proof = fresh_lcp_proof();
 
-    assert_int_equal(perp_lcp_verify(context, radii, &proof, &problem->view, problem->q,
-                                     problem->lower, problem->upper, z),
-                     PERP_OK);
+    assert_int_equal(
+        perp_lcp_verify(context, radii, &proof,
+                        LCP(&problem->view, problem->q, problem->lower, problem->upper), z),
+        PERP_OK);
     return proof;
 }
 
@@ -362,7 +363,8 @@ static void test_lost_in_doubled_precision(void **state)
             perp_matrix_dense(&view,
                               storage == 0 ? PERP_STORAGE_ROW_MAJOR : PERP_STORAGE_COLUMN_MAJOR, n,
                               n, M, n);
-            assert_int_equal(perp_lcp_verify(context, NULL, &proof, &view, q, l, u, z), PERP_OK);
+            assert_int_equal(perp_lcp_verify(context, NULL, &proof, LCP(&view, q, l, u), z),
+                             PERP_OK);
             assert_int_not_equal(proof.verdict, PERP_VERDICT_REGULAR);
         }
 }
@@ -414,7 +416,7 @@ static void test_signs_of_tiny_sums(void **state)
         l[0] = 0.0;
         u[0] = INFINITY;
         view = matrix_rows(M, n, n);
-        assert_int_equal(perp_lcp_verify(context, NULL, &proof, &view, q, l, u, z), PERP_OK);
+        assert_int_equal(perp_lcp_verify(context, NULL, &proof, LCP(&view, q, l, u), z), PERP_OK);
         if (proof.verdict == PERP_VERDICT_REGULAR)
             assert_true(tiny > 0.0);
         if (proof.verdict == PERP_VERDICT_NOT_A_SOLUTION)
@@ -461,7 +463,7 @@ static void test_doubt_about_the_block(void **state)
         M[6] = 1.0;
         q[2] = d - exact[0];
         view = matrix_rows(M, 3, 3);
-        assert_int_equal(perp_lcp_verify(context, NULL, &proof, &view, q, l, u, z), PERP_OK);
+        assert_int_equal(perp_lcp_verify(context, NULL, &proof, LCP(&view, q, l, u), z), PERP_OK);
         if (proof.verdict == PERP_VERDICT_REGULAR)
             assert_true(d > 0.0);
         if (proof.verdict == PERP_VERDICT_NOT_A_SOLUTION)
@@ -486,10 +488,11 @@ static void test_no_infinite_radius(void **state)
     (void)state;
     view = matrix_rows(&M, 1, 1);
     view_1 = matrix_rows(&minus, 1, 1);
-    assert_int_equal(perp_lcp_verify(context, &radius, &proof, &view, &q, &l, &u, &z), PERP_OK);
+    assert_int_equal(perp_lcp_verify(context, &radius, &proof, LCP(&view, &q, &l, &u), &z),
+                     PERP_OK);
     assert_int_equal(proof.verdict, PERP_VERDICT_SINGULAR);
     assert_true(radius == INFINITY && proof.radius == INFINITY);
-    assert_int_equal(perp_lcp_verify(context, &radius, &proof, &view_1, &small, NULL, NULL, &large),
+    assert_int_equal(perp_lcp_verify(context, &radius, &proof, LCP(&view_1, &small), &large),
                      PERP_OK);
     assert_int_equal(proof.verdict, PERP_VERDICT_SINGULAR);
     assert_int_equal(proof.index, -1);

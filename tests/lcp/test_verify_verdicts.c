@@ -21,7 +21,7 @@ static perp_lcp_proof verify_bounded(int32_t n, const double *M, const double *q
     perp_matrix view = matrix_rows(M, n, n);
     perp_lcp_proof proof = fresh_lcp_proof();
 
-    assert_int_equal(perp_lcp_verify(context, NULL, &proof, &view, q, l, u, z), PERP_OK);
+    assert_int_equal(perp_lcp_verify(context, NULL, &proof, LCP(&view, q, l, u), z), PERP_OK);
     return proof;
 }
 
@@ -101,7 +101,7 @@ static perp_lcp_proof verify_tridiagonal(int32_t n)
         for (i = starts[j]; i < starts[j + 1]; i++)
             q[rows[i]] -= values[i] * z[j];
     view = matrix_csc(n, n, starts, rows, values);
-    assert_int_equal(perp_lcp_verify(context, NULL, &proof, &view, q, NULL, NULL, z), PERP_OK);
+    assert_int_equal(perp_lcp_verify(context, NULL, &proof, LCP(&view, q), z), PERP_OK);
     free(starts);
     free(rows);
     free(values);
@@ -150,18 +150,16 @@ static void test_scaling(void **state)
             z[i] = problem.z[i] * (1.0 + 1e-9 * gen_normal(&random));
             exponents[i] = gen_integer(&random, 200) - 100;
         }
-        assert_int_equal(
-            perp_lcp_verify(context, radii, &proof, &problem.view, problem.q, NULL, NULL, z),
-            PERP_OK);
+        assert_int_equal(perp_lcp_verify(context, radii, &proof, LCP(&problem.view, problem.q), z),
+                         PERP_OK);
         for (i = 0; i < n; i++) {
             z[i] = ldexp(z[i], power - exponents[i]);
             problem.q[i] = ldexp(problem.q[i], power + exponents[i]);
             for (j = 0; j < n; j++)
                 problem.M[i * n + j] = ldexp(problem.M[i * n + j], exponents[i] + exponents[j]);
         }
-        assert_int_equal(
-            perp_lcp_verify(context, scaled, &other, &problem.view, problem.q, NULL, NULL, z),
-            PERP_OK);
+        assert_int_equal(perp_lcp_verify(context, scaled, &other, LCP(&problem.view, problem.q), z),
+                         PERP_OK);
         assert_int_equal(other.verdict, proof.verdict);
         assert_int_equal(other.index, proof.index);
         for (i = 0; i < n; i++)
@@ -229,9 +227,9 @@ static void refuse(call *c, perp_status expected, const char *words)
 {
     const call before = *c;
 
-    assert_int_equal(
-        perp_lcp_verify(context, c->radii, &c->proof, &c->view, c->q, c->lower, c->upper, c->z),
-        expected);
+    assert_int_equal(perp_lcp_verify(context, c->radii, &c->proof,
+                                     LCP(&c->view, c->q, c->lower, c->upper), c->z),
+                     expected);
     assert_non_null(strstr(perp_context_message(context), words));
     assert_memory_equal(c->radii, before.radii, sizeof c->radii);
     assert_true(c->proof.radius == 5.0);
@@ -244,15 +242,15 @@ static void test_refusals(void **state)
 
     (void)state;
     prepare(&c);
-    assert_int_equal(perp_lcp_verify(NULL, NULL, &proof, &c.view, c.q, NULL, NULL, c.z),
+    assert_int_equal(perp_lcp_verify(NULL, NULL, &proof, LCP(&c.view, c.q), c.z),
                      PERP_ERROR_HANDLE);
-    assert_int_equal(perp_lcp_verify(context, NULL, NULL, &c.view, c.q, NULL, NULL, c.z),
+    assert_int_equal(perp_lcp_verify(context, NULL, NULL, LCP(&c.view, c.q), c.z),
                      PERP_ERROR_ARGUMENT);
-    assert_int_equal(perp_lcp_verify(context, NULL, &proof, NULL, c.q, NULL, NULL, c.z),
+    assert_int_equal(perp_lcp_verify(context, NULL, &proof, LCP(NULL, c.q), c.z),
                      PERP_ERROR_ARGUMENT);
-    assert_int_equal(perp_lcp_verify(context, NULL, &proof, &c.view, NULL, NULL, NULL, c.z),
+    assert_int_equal(perp_lcp_verify(context, NULL, &proof, LCP(&c.view), c.z),
                      PERP_ERROR_ARGUMENT);
-    assert_int_equal(perp_lcp_verify(context, NULL, &proof, &c.view, c.q, NULL, NULL, NULL),
+    assert_int_equal(perp_lcp_verify(context, NULL, &proof, LCP(&c.view, c.q), NULL),
                      PERP_ERROR_ARGUMENT);
     c.M[1] = NAN;
     refuse(&c, PERP_ERROR_NOT_FINITE, "M(0,1)");
@@ -300,8 +298,9 @@ static void test_memory(void **state)
 
             m.calls = 0;
             proof.radius = 5.0;
-            status = perp_lcp_verify(limited, NULL, &proof, &problem.view, problem.q, problem.lower,
-                                     problem.upper, problem.z);
+            status = perp_lcp_verify(limited, NULL, &proof,
+                                     LCP(&problem.view, problem.q, problem.lower, problem.upper),
+                                     problem.z);
             assert_int_equal(m.live, 1); /* the context */
             if (status != PERP_OK) {
                 assert_int_equal(status, PERP_ERROR_MEMORY);

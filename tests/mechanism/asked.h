@@ -52,8 +52,8 @@ static inline void asked_end(asked *a)
 static inline void asked_step(asked *a, double *q, double *v, double *impulse, int32_t *modes,
                               double t, double h)
 {
-    if (perp_mechanism_advance(a->mechanism, q, v, impulse, NULL, modes, NULL, &a->step, t, h, q,
-                               v) != PERP_OK)
+    if (perp_mechanism_advance(a->mechanism, q, v, impulse, NULL, modes, NULL, &a->step,
+                               START(t, h, q, v)) != PERP_OK)
         fail_msg("%s", perp_context_message(a->context));
     assert_int_equal(a->step.outcome, PERP_OUTCOME_SOLVED);
     assert_int_equal(a->step.scheme, a->settings.scheme);

@@ -160,7 +160,7 @@ static inline void moving_step(moving *s, double h)
     int32_t j, i;
 
     if (perp_mechanism_advance(s->mechanism, s->q, s->v, s->impulse, s->velocity, s->modes, NULL,
-                               &s->step, s->t, h, s->q, s->v) != PERP_OK)
+                               &s->step, START(s->t, h, s->q, s->v)) != PERP_OK)
         fail_msg("%s", perp_context_message(s->context));
     if (s->step.outcome != PERP_OUTCOME_SOLVED)
         fail_msg("at %g: %s", s->t, perp_outcome_text(s->step.outcome));
@@ -177,7 +177,7 @@ static inline double moving_run(moving *s, double end, double h)
     perp_mechanism_run_result result;
 
     assert_int_equal(perp_struct_init(&result, sizeof result), PERP_OK);
-    if (perp_mechanism_run(s->mechanism, s->q, s->v, &result, s->t, end, h, s->q, s->v, NULL,
+    if (perp_mechanism_run(s->mechanism, s->q, s->v, &result, START(s->t, h, s->q, s->v), end, NULL,
                            NULL) != PERP_OK)
         fail_msg("%s", perp_context_message(s->context));
     if (result.outcome != PERP_OUTCOME_SOLVED && result.outcome != PERP_OUTCOME_ROUNDING_LIMIT)

@@ -45,8 +45,9 @@ static inline void rig_start(rig *r)
 /* Requires that the step's problem was solved. */
 static inline void rig_step(rig *r, double h)
 {
-    perp_status status = perp_mechanism_advance(r->mechanism, r->q, r->v, r->impulse, r->velocity,
-                                                r->modes, NULL, &r->step, r->t, h, r->q, r->v);
+    perp_status status =
+        perp_mechanism_advance(r->mechanism, r->q, r->v, r->impulse, r->velocity, r->modes, NULL,
+                               &r->step, START(r->t, h, r->q, r->v));
 
     if (status != PERP_OK)
         fail_msg("%s: %s", r->machine.name, perp_context_message(r->context));

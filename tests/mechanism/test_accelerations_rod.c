@@ -396,8 +396,8 @@ static void check_motion(int32_t scheme, double omega)
         assert_int_equal(perp_mechanism_set(r.table.mechanism, &r.table.settings), PERP_OK);
         assert_int_equal(rod_ask(&r, 1.0, omega, 0.5), 1);
         assert_int_equal(table_get(&r.table, 0)->modes[0], PERP_MECHANISM_SLIP);
-        assert_int_equal(perp_mechanism_run(r.table.mechanism, q, v, &result, 0.0, T, T * T,
-                                            r.table.q, r.table.v, NULL, NULL),
+        assert_int_equal(perp_mechanism_run(r.table.mechanism, q, v, &result,
+                                            START(0.0, T * T, r.table.q, r.table.v), T, NULL, NULL),
                          PERP_OK);
         table_get(&r.table, 0); /* steps don't touch the answers */
         for (i = 0; i < 3; i++)

@@ -245,8 +245,8 @@ static perp_status run_rig(rig *r, perp_mechanism_run_result *result, watched *w
                            double end)
 {
     assert_int_equal(perp_struct_init(result, sizeof *result), PERP_OK);
-    return perp_mechanism_run(r->mechanism, r->q, r->v, result, 0, end, h, r->machine.q,
-                              r->machine.v, watch, w);
+    return perp_mechanism_run(r->mechanism, r->q, r->v, result,
+                              START(0, h, r->machine.q, r->machine.v), end, watch, w);
 }
 
 /* The brick stops where and when it should, and its velocity is 0.0 from there on. */
@@ -393,8 +393,8 @@ static void test_fence(void **state)
         model.user = &answer;
         assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
         assert_int_equal(perp_mechanism_create(context, &mechanism, &settings, &model), PERP_OK);
-        status =
-            perp_mechanism_run(mechanism, &q, &v, &result, 0, 3, 0.1, &start, &start, NULL, NULL);
+        status = perp_mechanism_run(mechanism, &q, &v, &result, START(0, 0.1, &start, &start), 3,
+                                    NULL, NULL);
         if (answer < 0) {
             assert_int_equal(status, PERP_ERROR_CALLBACK);
             assert_true(q == 5 && v == 6);
@@ -490,8 +490,8 @@ static void test_growing_force(void **state)
             assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
             assert_int_equal(perp_mechanism_create(context, &mechanism, &settings, &model),
                              PERP_OK);
-            assert_int_equal(perp_mechanism_run(mechanism, &q, &v, &result, 0, 3, pow(10, i - 3),
-                                                &q, &v, NULL, NULL),
+            assert_int_equal(perp_mechanism_run(mechanism, &q, &v, &result,
+                                                START(0, pow(10, i - 3), &q, &v), 3, NULL, NULL),
                              PERP_OK);
             assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
             near(v, (1 - cos(18)) / 4, (double)result.steps * 1e-5, "speed");

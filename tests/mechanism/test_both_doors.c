@@ -75,7 +75,7 @@ static void step(table *s, const load_case *c, double h, int forces, tally *seen
     vertex = compare(s, friction, c, step.answers, forces);
     seen->of[step.answers]++;
     assert_int_equal(perp_mechanism_advance(s->mechanism, s->q, v, impulse, NULL, NULL, NULL,
-                                            &taken, 0, h, s->q, s->v),
+                                            &taken, START(0, h, s->q, s->v)),
                      PERP_OK);
     assert_int_equal(taken.outcome, PERP_OUTCOME_SOLVED);
     if (c->n == 1 && !vertex) { /* where answers meet neither is stable, or both */
@@ -165,7 +165,7 @@ static void test_leaves_rest(void **state)
         assert_int_equal(
             perp_load_friction_step(friction, &next, NULL, NULL, c.tau, c.sign, NULL, h), PERP_OK);
         assert_int_equal(perp_mechanism_advance(s.mechanism, s.q, v, NULL, NULL, NULL, NULL, &taken,
-                                                0, h, s.q, s.v),
+                                                START(0, h, s.q, s.v)),
                          PERP_OK);
         table_near(next, 2.01 * h, 1e-13, "load friction");
         table_near(v[0], 2.01 * h, 1e-12, "mechanism");

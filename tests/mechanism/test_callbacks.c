@@ -50,7 +50,7 @@ static void refused(tabled *r, perp_status status, const char *text)
     memcpy(v, r->v, sizeof v);
     result.outcome = -7;
     assert_int_equal(
-        perp_mechanism_run(r->mechanism, q, v, &result, 0, 1, 0.125, r->q, r->v, NULL, NULL),
+        perp_mechanism_run(r->mechanism, q, v, &result, START(0, 0.125, r->q, r->v), 1, NULL, NULL),
         status);
     tabled_says(r, text);
     assert_memory_equal(q, r->q, sizeof q);
@@ -189,9 +189,9 @@ static void test_answers(void **state)
         assert_int_equal(r.step.has_ray, 0);
         assert_int_equal(r.step.closed, 0);
         assert_int_equal(perp_struct_init(&result, sizeof result), PERP_OK);
-        assert_int_equal(
-            perp_mechanism_run(r.mechanism, q, v, &result, 0, 1, 0.125, r.q, r.v, NULL, NULL),
-            PERP_OK);
+        assert_int_equal(perp_mechanism_run(r.mechanism, q, v, &result, START(0, 0.125, r.q, r.v),
+                                            1, NULL, NULL),
+                         PERP_OK);
         assert_int_equal(result.outcome, PERP_OUTCOME_EVALUATION_FAILED);
         assert_int_equal(result.steps, 0);
         assert_true(result.t == 0.0);
@@ -211,8 +211,9 @@ static void call_everything(void *user, int32_t callback)
 
     (void)callback;
     assert_int_equal(tabled_try(r, 0.125), PERP_ERROR_BUSY);
-    assert_int_equal(perp_mechanism_run(r->mechanism, q, v, &result, 0, 1, 1, q, v, NULL, NULL),
-                     PERP_ERROR_BUSY);
+    assert_int_equal(
+        perp_mechanism_run(r->mechanism, q, v, &result, START(0, 1, q, v), 1, NULL, NULL),
+        PERP_ERROR_BUSY);
     assert_int_equal(perp_mechanism_set(r->mechanism, NULL), PERP_ERROR_BUSY);
     assert_int_equal(perp_mechanism_create(r->context, &other, NULL, &r->model), PERP_ERROR_BUSY);
     assert_null(other);
@@ -240,9 +241,9 @@ static void test_reentry(void **state)
     assert_int_equal(tabled_advance(&r, 0.125), PERP_OUTCOME_SOLVED);
     assert_int_equal(tabled_advance(&twin, 0.125), PERP_OUTCOME_SOLVED);
     assert_memory_equal(r.v, twin.v, sizeof r.v);
-    assert_int_equal(
-        perp_mechanism_run(r.mechanism, r.q, r.v, &result, 0, 1, 0.125, r.q, r.v, observe, &r),
-        PERP_OK);
+    assert_int_equal(perp_mechanism_run(r.mechanism, r.q, r.v, &result, START(0, 0.125, r.q, r.v),
+                                        1, observe, &r),
+                     PERP_OK);
     assert_int_equal(result.steps, 8);
     tabled_close(&r);
     tabled_close(&twin);
@@ -276,8 +277,8 @@ static perp_status live(const perp_context_settings *from, int32_t law, int32_t 
         status = perp_mechanism_set(r.mechanism, &r.settings);
     }
     if (status == PERP_OK)
-        status =
-            perp_mechanism_run(r.mechanism, r.q, r.v, &result, 0, 1, 0.125, r.q, r.v, NULL, NULL);
+        status = perp_mechanism_run(r.mechanism, r.q, r.v, &result, START(0, 0.125, r.q, r.v), 1,
+                                    NULL, NULL);
     perp_mechanism_destroy(r.mechanism);
     perp_context_destroy(r.context);
     return status;
@@ -364,7 +365,7 @@ static void test_no_memory_later(void **state)
         assert_int_equal(tabled_advance(&r, 0.125), PERP_OUTCOME_SOLVED);
     }
     assert_int_equal(
-        perp_mechanism_run(r.mechanism, r.q, r.v, &result, 0, 1, 0.01, r.q, r.v, NULL, NULL),
+        perp_mechanism_run(r.mechanism, r.q, r.v, &result, START(0, 0.01, r.q, r.v), 1, NULL, NULL),
         PERP_OK);
     assert_int_equal(m.calls, before);
     tabled_close(&r);

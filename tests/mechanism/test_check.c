@@ -365,7 +365,8 @@ static int32_t fall(double sign, int32_t project, double overlap, double error, 
     settings.scheme = PERP_MECHANISM_THETA;
     assert_int_equal(perp_mechanism_create(context, &mechanism, &settings, &model), PERP_OK);
     assert_int_equal(
-        perp_mechanism_run(mechanism, &y, &v, &result, 0, 1, 0.01, &y, &zero, NULL, NULL), PERP_OK);
+        perp_mechanism_run(mechanism, &y, &v, &result, START(0, 0.01, &y, &zero), 1, NULL, NULL),
+        PERP_OK);
     assert_true(result.t == 1.0); /* it goes on */
     perp_mechanism_destroy(mechanism);
     perp_context_destroy(context);

@@ -68,7 +68,7 @@ static void start_point(point *p)
 static void step_point(point *p, double h)
 {
     if (perp_mechanism_advance(p->mechanism, p->q, p->v, p->impulse, p->velocity, p->modes, NULL,
-                               &p->step, 0.0, h, p->q, p->v) != PERP_OK)
+                               &p->step, START(0.0, h, p->q, p->v)) != PERP_OK)
         fail_msg("%s", perp_context_message(p->context));
 }
 
@@ -159,8 +159,8 @@ static void test_halves(void **state)
     p.v[1] = 1.0;
     p.q[2] = 1.0;
     start_point(&p);
-    assert_int_equal(perp_mechanism_run(p.mechanism, p.q, p.v, &result, 0.0, 0.64, 0.64, p.q, p.v,
-                                        stop_after_a_step, &outcome),
+    assert_int_equal(perp_mechanism_run(p.mechanism, p.q, p.v, &result, START(0.0, 0.64, p.q, p.v),
+                                        0.64, stop_after_a_step, &outcome),
                      PERP_OK);
     assert_int_equal(result.rejected, 3);
     assert_int_equal(outcome, PERP_OUTCOME_ITERATION_LIMIT);
@@ -255,7 +255,7 @@ static void test_dry_polygon(void **state)
         p.v[1] = 0.3;
         start_point(&p);
         assert_int_equal(perp_mechanism_advance(p.mechanism, p.q, p.v, impulse, NULL, p.modes, NULL,
-                                                &p.step, 0.0, 0.01, p.q, p.v),
+                                                &p.step, START(0.0, 0.01, p.q, p.v)),
                          PERP_OK);
         assert_int_equal(p.step.outcome, PERP_OUTCOME_SOLVED);
         assert_int_equal(p.modes[0], PERP_MECHANISM_SLIP);
@@ -322,8 +322,8 @@ static void test_counts_of_a_run(void **state)
         p.q[2] = -0.01;
         start_point(&p);
         perp_struct_init(&result, sizeof result);
-        assert_int_equal(perp_mechanism_run(p.mechanism, p.q, p.v, &result, 0.0, 0.01, 0.01, p.q,
-                                            p.v, keep_step, &step),
+        assert_int_equal(perp_mechanism_run(p.mechanism, p.q, p.v, &result,
+                                            START(0.0, 0.01, p.q, p.v), 0.01, keep_step, &step),
                          PERP_OK);
         assert_true(step.seconds > 0.0 && step.seconds <= result.seconds);
         if (project == 0)
@@ -369,8 +369,8 @@ static void test_totals_of_a_run(void **state)
         p.v[1] = 0.4;
         p.q[2] = 0.1;
         start_point(&p);
-        assert_int_equal(perp_mechanism_run(p.mechanism, p.q, p.v, &result, 0.0, 2.0, 0.01, p.q,
-                                            p.v, add_step, &all),
+        assert_int_equal(perp_mechanism_run(p.mechanism, p.q, p.v, &result,
+                                            START(0.0, 0.01, p.q, p.v), 2.0, add_step, &all),
                          PERP_OK);
         assert_true(result.residual == all.residual && all.residual > 0.0);
         assert_int_equal(result.rejected > 0, adaptive);

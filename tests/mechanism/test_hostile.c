@@ -142,8 +142,8 @@ static void try_step(hostile *m, int32_t k)
     perp_status status;
 
     q[0] = v[0] = impulse[0] = velocity[0] = untouched;
-    status = perp_mechanism_advance(m->mechanism, q, v, impulse, velocity, NULL, NULL, &step, 0.0,
-                                    m->h, m->q, m->v);
+    status = perp_mechanism_advance(m->mechanism, q, v, impulse, velocity, NULL, NULL, &step,
+                                    START(0.0, m->h, m->q, m->v));
     if (status != PERP_OK) {
         assert_true(strlen(perp_context_message(m->context)) > 0);
         assert_true(q[0] == untouched && v[0] == untouched && impulse[0] == untouched &&
@@ -163,8 +163,8 @@ static void try_run(hostile *m, int32_t k)
     perp_mechanism_run_result result = fresh_mechanism_run_result();
     double q[N], v[N];
 
-    if (perp_mechanism_run(m->mechanism, q, v, &result, 0.0, 3.0 * m->h, m->h, m->q, m->v, NULL,
-                           NULL) != PERP_OK)
+    if (perp_mechanism_run(m->mechanism, q, v, &result, START(0.0, m->h, m->q, m->v), 3.0 * m->h,
+                           NULL, NULL) != PERP_OK)
         return;
     is_finite(q, N, "q of the run", k);
     is_finite(v, N, "v of the run", k);
@@ -269,8 +269,8 @@ static void test_memory_has_no_say(void **state)
             m.settings.error = 1e-3;
             assert_int_equal(perp_mechanism_set(m.mechanism, &m.settings), PERP_OK);
             assert_int_equal(perp_struct_init(&result[i], sizeof *result), PERP_OK);
-            status[i] = perp_mechanism_run(m.mechanism, q[i], v[i], &result[i], 0.0, 3.0 * m.h, m.h,
-                                           m.q, m.v, NULL, NULL);
+            status[i] = perp_mechanism_run(m.mechanism, q[i], v[i], &result[i],
+                                           START(0.0, m.h, m.q, m.v), 3.0 * m.h, NULL, NULL);
             result[i].seconds = 0.0;
             perp_mechanism_destroy(m.mechanism);
             perp_context_destroy(m.context);

@@ -203,7 +203,7 @@ static void has_none(const tabled *r, const double *v0)
     make_linear(M, q, r, v0);
     assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
     view = matrix_rows(M, 8, 8);
-    assert_int_equal(perp_lcp_all(context, &all, NULL, &view, q, NULL, NULL, NULL, NULL), PERP_OK);
+    assert_int_equal(perp_lcp_all(context, &all, NULL, LCP(&view, q), NULL, NULL), PERP_OK);
     assert_int_equal(all.outcome, PERP_OUTCOME_SOLVED);
     assert_int_equal(all.isolated + all.families, 0);
     perp_context_destroy(context);

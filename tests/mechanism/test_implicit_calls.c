@@ -105,8 +105,8 @@ static const double start_q[2] = {0.8, -0.6}, start_v[2] = {0.6, 0.8};
 /* Steps from the start. */
 static perp_status try(asked *a, double *q, double *v, double h)
 {
-    return perp_mechanism_advance(a->mechanism, q, v, NULL, NULL, NULL, NULL, &a->step, 0, h,
-                                  start_q, start_v);
+    return perp_mechanism_advance(a->mechanism, q, v, NULL, NULL, NULL, NULL, &a->step,
+                                  START(0, h, start_q, start_v));
 }
 
 /* Where the end has no answer (outside, NaN, M k that is none) the step is frozen's, to the last
@@ -143,15 +143,15 @@ static void test_fallback(void **state)
         /* a run counts them, and ends where the force has no answer at the start either */
         s.after = 0.095;
         if (k == 0) {
-            assert_int_equal(perp_mechanism_run(a.mechanism, q, v, &result, 0, 0.2, 0.01, start_q,
-                                                start_v, NULL, NULL),
+            assert_int_equal(perp_mechanism_run(a.mechanism, q, v, &result,
+                                                START(0, 0.01, start_q, start_v), 0.2, NULL, NULL),
                              PERP_OK);
             assert_int_equal(result.outcome, PERP_OUTCOME_EVALUATION_FAILED);
             assert_int_equal(result.fallbacks, 1);
             assert_int_equal(result.steps, 10);
         } else {
-            assert_int_equal(perp_mechanism_run(a.mechanism, q, v, &result, 0, 0.2, 0.01, start_q,
-                                                start_v, NULL, NULL),
+            assert_int_equal(perp_mechanism_run(a.mechanism, q, v, &result,
+                                                START(0, 0.01, start_q, start_v), 0.2, NULL, NULL),
                              PERP_ERROR_NOT_FINITE);
             assert_non_null(strstr(perp_context_message(a.context), "k[1] of its callback is"));
         }

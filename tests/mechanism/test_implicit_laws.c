@@ -299,7 +299,7 @@ static void attempt(gen_random *random, int32_t dim, int32_t edges, double h, ta
     settings.project = 0;
     settings.cone = edges;
     assert_int_equal(perp_mechanism_create(context, &mechanism, &settings, &s.model), PERP_OK);
-    if (perp_mechanism_advance(mechanism, q, v, r, u, modes, NULL, &step, 0.3, h, q0, v0) !=
+    if (perp_mechanism_advance(mechanism, q, v, r, u, modes, NULL, &step, START(0.3, h, q0, v0)) !=
         PERP_OK)
         fail_msg("%s", perp_context_message(context));
     if (step.scheme == PERP_MECHANISM_IMPLICIT) {

@@ -53,7 +53,7 @@ static void pose(fall *f, double lever)
     model.user = f;
     assert_int_equal(perp_mechanism_create(f->context, &f->m, &settings, &model), PERP_OK);
     assert_int_equal(perp__evaluate_all(f->m, &f->m->begin, 0.0, q, v), PERP_OK);
-    perp__prepare_step(f->m, &(perp__start){0.0, 0.1, q, v});
+    perp__prepare_step(f->m, START(0.0, 0.1, q, v));
     f->problem = perp__pose(f->m, &f->m->begin);
 }
 

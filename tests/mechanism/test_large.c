@@ -58,7 +58,7 @@ static void test_table(void **state)
     tabled_open(&r);
     for (k = 0; k < 3; k++) {
         assert_int_equal(perp_mechanism_advance(r.mechanism, r.q, r.v, impulse, velocity, modes,
-                                                NULL, &r.step, 0.0, 0.5, r.q, r.v),
+                                                NULL, &r.step, START(0.0, 0.5, r.q, r.v)),
                          PERP_OK);
         assert_int_equal(r.step.outcome, PERP_OUTCOME_SOLVED);
         for (j = 0; j < 3; j++)
@@ -169,7 +169,7 @@ static void test_row(void **state)
     tabled_open(&r);
     for (k = 0; k < 2; k++) {
         assert_int_equal(perp_mechanism_advance(r.mechanism, q, v, impulse, NULL, NULL, NULL,
-                                                &r.step, 0.0, h, q, v),
+                                                &r.step, START(0.0, h, q, v)),
                          PERP_OK);
         assert_int_equal(r.step.outcome, PERP_OUTCOME_SOLVED);
         for (i = 0; i < ROW_N; i++)

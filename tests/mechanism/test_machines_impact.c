@@ -240,8 +240,8 @@ static void test_rod_bounces(void **state)
         first = 0.5 * r.machine.v[0] * r.machine.v[0] + 0.25 / 6 + MACHINE_GRAVITY * r.machine.q[1];
         energy[0] = first;
         rig_start(&r);
-        assert_int_equal(perp_mechanism_run(r.mechanism, q, v, &result, 0, 0.5, 1e-3, r.q, r.v,
-                                            watch_energy, energy),
+        assert_int_equal(perp_mechanism_run(r.mechanism, q, v, &result, START(0, 1e-3, r.q, r.v),
+                                            0.5, watch_energy, energy),
                          PERP_OK);
         assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
         assert_true(energy[1] < 100 * error); /* of the flight's steps */

@@ -274,9 +274,9 @@ static void test_step_arguments(void **state)
     tabled_make_everything(&r);
     tabled_open(&r);
 #define STEP(a, b, step, t, h, c, d) \
-    perp_mechanism_advance(r.mechanism, a, b, NULL, NULL, NULL, NULL, step, t, h, c, d)
+    perp_mechanism_advance(r.mechanism, a, b, NULL, NULL, NULL, NULL, step, START(t, h, c, d))
     assert_int_equal(
-        perp_mechanism_advance(NULL, out, out, NULL, NULL, NULL, NULL, &r.step, 0, 1, q, v),
+        perp_mechanism_advance(NULL, out, out, NULL, NULL, NULL, NULL, &r.step, START(0, 1, q, v)),
         PERP_ERROR_HANDLE);
     assert_int_equal(STEP(NULL, out, &r.step, 0, 1, q, v), PERP_ERROR_ARGUMENT);
     tabled_says(&r, "q is NULL");
@@ -329,8 +329,8 @@ static void test_run_arguments(void **state)
     tabled_make_everything(&r);
     tabled_open(&r);
 #define RUN(a, b, result, t0, t1, h, c, d) \
-    perp_mechanism_run(r.mechanism, a, b, result, t0, t1, h, c, d, NULL, NULL)
-    assert_int_equal(perp_mechanism_run(NULL, out, out, &result, 1, 2, 1, q, v, NULL, NULL),
+    perp_mechanism_run(r.mechanism, a, b, result, START(t0, h, c, d), t1, NULL, NULL)
+    assert_int_equal(perp_mechanism_run(NULL, out, out, &result, START(1, 1, q, v), 2, NULL, NULL),
                      PERP_ERROR_HANDLE);
     assert_int_equal(RUN(NULL, out, &result, 1, 2, 1, q, v), PERP_ERROR_ARGUMENT);
     assert_int_equal(RUN(out, NULL, &result, 1, 2, 1, q, v), PERP_ERROR_ARGUMENT);
@@ -339,7 +339,7 @@ static void test_run_arguments(void **state)
     assert_int_equal(RUN(out, out, &result, 1, 2, 1, NULL, v), PERP_ERROR_ARGUMENT);
     assert_int_equal(RUN(out, out, &result, 1, 2, 1, q, NULL), PERP_ERROR_ARGUMENT);
     assert_int_equal(RUN(out, out, &result, NAN, 2, 1, q, v), PERP_ERROR_NOT_FINITE);
-    tabled_says(&r, "t0[0] is");
+    tabled_says(&r, "t[0] is");
     for (i = 0; i < 5; i++) {
         assert_int_equal(RUN(out, out, &result, 1, ends[i], 1, q, v), PERP_ERROR_ARGUMENT);
         tabled_says(&r, "t1 is");

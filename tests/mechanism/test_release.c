@@ -92,7 +92,8 @@ static int32_t go(mass *m, double *q, double *v, double end, perp_mechanism_obse
     assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
     assert_int_equal(perp_mechanism_create(context, &mechanism, &m->settings, &m->model), PERP_OK);
     assert_int_equal(
-        perp_mechanism_run(mechanism, q, v, &result, 0, end, 1e-2, q, v, observer, user), PERP_OK);
+        perp_mechanism_run(mechanism, q, v, &result, START(0, 1e-2, q, v), end, observer, user),
+        PERP_OK);
     assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
     perp_mechanism_destroy(mechanism);
     perp_context_destroy(context);
@@ -428,9 +429,9 @@ static void test_wall_opens(void **state)
     m.model.user = &m;
     assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
     assert_int_equal(perp_mechanism_create(context, &mechanism, &m.settings, &m.model), PERP_OK);
-    assert_int_equal(
-        perp_mechanism_run(mechanism, q, v, &result, 0, 2.5, 1e-2, q, v, note_open_wall, &opened),
-        PERP_OK);
+    assert_int_equal(perp_mechanism_run(mechanism, q, v, &result, START(0, 1e-2, q, v), 2.5,
+                                        note_open_wall, &opened),
+                     PERP_OK);
     assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
     near(opened, wall_opens(), 3e-5, "the wall's last force"); /* a step of wall_opens, and error */
     perp_mechanism_destroy(mechanism);
@@ -470,9 +471,9 @@ static void test_belt(void **state)
     r.settings.scheme = PERP_MECHANISM_THETA;
     r.settings.error = 1e-6;
     rig_start(&r);
-    assert_int_equal(
-        perp_mechanism_run(r.mechanism, r.q, r.v, &result, 0, 7.5, 1e-2, r.q, r.v, count_slips, &s),
-        PERP_OK);
+    assert_int_equal(perp_mechanism_run(r.mechanism, r.q, r.v, &result, START(0, 1e-2, r.q, r.v),
+                                        7.5, count_slips, &s),
+                     PERP_OK);
     assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
     assert_int_equal(s.count, 11);
     near(s.first, machine_value(&r.machine, "stick"), 1e-9, "first slip");

@@ -168,9 +168,9 @@ static perp_mechanism_run_result roll(body *b, double seconds, double error)
     settings.error = error;
     assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
     assert_int_equal(perp_mechanism_create(context, &mechanism, &settings, &model), PERP_OK);
-    assert_int_equal(
-        perp_mechanism_run(mechanism, b->q, b->v, &result, 0, seconds, 1e-4, b->q, b->v, watch, b),
-        PERP_OK);
+    assert_int_equal(perp_mechanism_run(mechanism, b->q, b->v, &result, START(0, 1e-4, b->q, b->v),
+                                        seconds, watch, b),
+                     PERP_OK);
     assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
     perp_mechanism_destroy(mechanism);
     perp_context_destroy(context);

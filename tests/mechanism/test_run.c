@@ -49,9 +49,9 @@ static perp_mechanism_run_result run(tabled *r, seen *s, double t0, double t1, d
     perp_mechanism_run_result result = fresh_mechanism_run_result();
 
     s->rig = r;
-    assert_int_equal(
-        perp_mechanism_run(r->mechanism, r->q, r->v, &result, t0, t1, h, r->q, r->v, watch, s),
-        expected);
+    assert_int_equal(perp_mechanism_run(r->mechanism, r->q, r->v, &result, START(t0, h, r->q, r->v),
+                                        t1, watch, s),
+                     expected);
     return result;
 }
 
@@ -262,9 +262,9 @@ static void test_outcome_of_poor_steps(void **state)
     r.mu[0] = 0.3;
     r.settings.tol = 1e-300;
     tabled_open(&r);
-    assert_int_equal(
-        perp_mechanism_run(r.mechanism, r.q, r.v, &result, 0.0, 1.0, 0.1, r.q, r.v, NULL, NULL),
-        PERP_OK);
+    assert_int_equal(perp_mechanism_run(r.mechanism, r.q, r.v, &result, START(0.0, 0.1, r.q, r.v),
+                                        1.0, NULL, NULL),
+                     PERP_OK);
     assert_true(result.residual > 0.0);
     assert_int_not_equal(result.outcome, PERP_OUTCOME_SOLVED);
     assert_true(result.t == 1.0);

@@ -156,7 +156,7 @@ static void run_rod(const approach *a, double error, double e, double end, doubl
     whole(&start, 0, r.machine.v);
     rig_start(&r);
     assert_int_equal(
-        perp_mechanism_run(r.mechanism, q, v, &result, 0, end, 1e-3, r.q, r.v, watch, all),
+        perp_mechanism_run(r.mechanism, q, v, &result, START(0, 1e-3, r.q, r.v), end, watch, all),
         PERP_OK);
     assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
     rig_close(&r);

@@ -96,7 +96,7 @@ static int32_t spring_step(springs *s, double theta, double h, double *q, double
     assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
     assert_int_equal(perp_mechanism_create(context, &mechanism, &settings, &model), PERP_OK);
     assert_int_equal(
-        perp_mechanism_advance(mechanism, q, v, NULL, NULL, NULL, NULL, &step, 0, h, q, v),
+        perp_mechanism_advance(mechanism, q, v, NULL, NULL, NULL, NULL, &step, START(0, h, q, v)),
         PERP_OK);
     perp_mechanism_destroy(mechanism);
     perp_context_destroy(context);
@@ -395,8 +395,8 @@ static perp_status everything(const perp_context_settings *from)
     if (status == PERP_OK)
         status = perp_mechanism_create(context, &mechanism, &settings, &model);
     if (status == PERP_OK) {
-        status =
-            perp_mechanism_advance(mechanism, q, v, NULL, NULL, NULL, NULL, &step, 0, 0.1, q, v);
+        status = perp_mechanism_advance(mechanism, q, v, NULL, NULL, NULL, NULL, &step,
+                                        START(0, 0.1, q, v));
         if (status != PERP_OK)
             assert_true(q[0] == 1 && q[1] == 0 && v[0] == 0 && v[1] == 1);
     }

@@ -407,7 +407,7 @@ static void test_allocation(void **state)
                 status = perp_mechanism_create(s.context, &s.mechanism, &s.settings, &s.model);
                 if (status == PERP_OK) {
                     status = perp_mechanism_advance(s.mechanism, s.q, v, NULL, NULL, NULL, NULL,
-                                                    &s.step, 0, 0.01, s.q, s.v);
+                                                    &s.step, START(0, 0.01, s.q, s.v));
                     assert_true(status == PERP_OK || v[0] == 7);
                     if (status == PERP_OK)
                         status = perp_mechanism_answers(s.mechanism, &summary, 0, 0.01, s.q, s.v);

@@ -138,10 +138,7 @@ def lcp_all(
         context.pointer,
         byref(result),
         byref(settings),
-        byref(matrix),
-        _arrays.address(offset),
-        _arrays.optional(low),
-        _arrays.optional(high),
+        byref(_arrays.lcp_problem(matrix, offset, low, high)),
         visit,
         None,
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ctypes import addressof, c_char, string_at
+from ctypes import addressof, c_char, pointer, sizeof, string_at
 from math import prod
 from typing import Any
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._errors import argument_error
-from ._generated import CONSTANTS, Matrix
+from ._generated import CONSTANTS, LcpProblem, Matrix
 
 COLUMN_MAJOR = CONSTANTS["PERP_STORAGE_COLUMN_MAJOR"]
 ROW_MAJOR = CONSTANTS["PERP_STORAGE_ROW_MAJOR"]
@@ -34,6 +34,18 @@ def address(array: NDArray[Any]) -> int:
 def optional(array: NDArray[Any] | None) -> int | None:
     """Where the data are of an array that may be left out."""
     return None if array is None else address(array)
+
+
+def lcp_problem(
+    matrix: Matrix,
+    q: NDArray[Any],
+    lower: NDArray[Any] | None,
+    upper: NDArray[Any] | None,
+) -> LcpProblem:
+    """A problem as calls take it; the arrays have to outlive it."""
+    return LcpProblem(
+        sizeof(LcpProblem), pointer(matrix), address(q), optional(lower), optional(upper)
+    )
 
 
 def copied(address: int | None, size: int) -> bytes:

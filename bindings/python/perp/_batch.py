@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays, _errors
-from ._generated import LcpSettings
+from ._generated import LcpSettings, LcpStack
 from ._handle import Context
 from ._library import GOOD_OUTCOMES, OUTCOMES, library
 from ._settings import limit
@@ -95,6 +95,10 @@ def lcp_batch(
     settings.relaxation = 1.0
     settings.scaling = settings.polish = settings.crash = 1
     z, w = np.empty((count, n)), np.empty((count, n))
+    problems = sized(LcpStack)
+    problems.count, problems.n = count, n
+    problems.M, problems.q = _arrays.address(matrices), _arrays.address(offsets)
+    problems.lower, problems.upper = _arrays.optional(low), _arrays.optional(high)
     codes, residuals = np.empty(count, np.int32), np.empty(count)
     context.check(
         library.perp_lcp_batch(
@@ -105,12 +109,7 @@ def lcp_batch(
             _arrays.address(residuals),
             byref(settings),
             threads,
-            count,
-            n,
-            _arrays.address(matrices),
-            _arrays.address(offsets),
-            _arrays.optional(low),
-            _arrays.optional(high),
+            byref(problems),
         )
     )
     return Batch(z, w, residuals, np.isin(codes, GOOD_OUTCOMES), codes)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from ctypes import byref, pointer
+from ctypes import byref, pointer, sizeof
 from dataclasses import dataclass
 from typing import Any, Callable, Optional, Union
 
@@ -14,11 +14,13 @@ from . import _arrays, _errors, _plot
 from ._answer import SolverAnswer, maker
 from ._callbacks import Array, Callbacks
 from ._generated import (
+    ContactAnswer,
     ContactDynamics,
     ContactLaws,
     ContactMassSolve,
     ContactMethod,
     ContactMonitor,
+    ContactProblem,
     ContactSettings,
     ContactSolverPointer,
     Matrix,
@@ -232,6 +234,13 @@ class _MassSolve(Callbacks):
 _make = maker(ContactResult, CResult, method=CONTACT_METHODS)
 
 
+def _to(
+    v: Optional[Array], r: Array, u: Array, modes: NDArray[np.int32], ray: Array
+) -> ContactAnswer:
+    """Where an answer goes; the arrays have to outlive it."""
+    return ContactAnswer(sizeof(ContactAnswer), *map(_arrays.optional, (v, r, u, modes, ray)))
+
+
 def _answer(
     laws: _Laws,
     rows: int,
@@ -442,11 +451,7 @@ class ContactSolver(Handle):
             self._set_watch()
             status = library.perp_contact_solver_solve_dynamics(
                 self._alive(),
-                address(v),
-                address(r),
-                address(u),
-                address(modes),
-                address(ray),
+                byref(_to(v, r, u, modes, ray)),
                 byref(result),
                 address(load),
                 address(offset),
@@ -579,18 +584,15 @@ def contact_delassus(
     watch = _watch(monitor, entries, settings)
     r, u, ray = np.empty(size), np.empty(size), np.empty(size)
     modes = np.empty(laws.contacts + laws.bounded, dtype=np.int32)
-    context, address = Context(), _arrays.address
-    status = library.perp_contact_solve_delassus(
+    context, problem = Context(), sized(ContactProblem)
+    problem.laws, problem.W = pointer(laws.struct), pointer(view)
+    problem.q = _arrays.address(offset)
+    status = library.perp_contact_solve(
         context.pointer,
-        address(r),
-        address(u),
-        address(modes),
-        address(ray),
+        byref(_to(None, r, u, modes, ray)),
         byref(result),
         byref(settings),
-        byref(laws.struct),
-        byref(view),
-        address(offset),
+        byref(problem),
         _arrays.optional(start),
     )
     if watch is not None:

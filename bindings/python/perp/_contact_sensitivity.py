@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from ctypes import byref
+from ctypes import byref, pointer, sizeof
 from typing import Any, Optional, Union
 
 import numpy as np
@@ -12,6 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from . import _arrays
 from ._contact import _MODE_WORDS, _Problem
 from ._generated import (
+    ContactChange,
+    ContactProblem,
     ContactSensitivityInfo,
     ContactSensitivityPointer,
     ContactSettings,
@@ -52,14 +54,14 @@ class ContactSensitivity(Handle):
         load, offset = _arrays.vector(f, "f", n), _arrays.vector(w, "w", rows)
         joints = None if b is None else _arrays.vector(b, "b", size - rows)
         point = _arrays.vector(r, "r", size)
+        posed = sized(ContactProblem)
+        posed.laws, posed.dynamics = pointer(problem.laws.struct), pointer(problem.dynamics)
+        posed.f, posed.w = _arrays.address(load), _arrays.address(offset)
+        posed.b = _arrays.optional(joints)
         super().__init__(
             byref(info),
             byref(settings),
-            byref(problem.laws.struct),
-            byref(problem.dynamics),
-            _arrays.address(load),
-            _arrays.address(offset),
-            _arrays.optional(joints),
+            byref(posed),
             _arrays.address(point),
         )
         self._contacts = problem.laws.contacts
@@ -102,14 +104,14 @@ class ContactSensitivity(Handle):
             matrix = None if value is None else sized(Matrix)
             if matrix is not None:
                 owners.append(_arrays.view_rectangle(matrix, value, name))
-            views.append(None if matrix is None else byref(matrix))
+            views.append(None if matrix is None else pointer(matrix))
+        change = ContactChange(sizeof(ContactChange), *map(_arrays.optional, changes), *views)
         dv, dr = np.empty(self._n), np.empty(self._size)
         self._call(
             library.perp_contact_sensitivity_forward,
             _arrays.address(dv),
             _arrays.address(dr),
-            *(_arrays.optional(change) for change in changes),
-            *views,
+            byref(change),
         )
         del owners  # the views were used up to here
         return dv, dr

@@ -234,6 +234,24 @@ class Matrix(Structure):
     ]
 
 
+LcpProduct = CFUNCTYPE(c_int32, c_void_p, c_void_p, c_void_p)
+
+
+class LcpProblem(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("M", POINTER(Matrix)),
+        ("q", c_void_p),
+        ("lower", c_void_p),
+        ("upper", c_void_p),
+        ("product", LcpProduct),
+        ("user", c_void_p),
+        ("diagonal", c_void_p),
+        ("n", c_int32),
+        ("reserved", c_int32),
+    ]
+
+
 class LcpProgress(Structure):
     _fields_ = [
         ("struct_size", c_size_t),
@@ -287,9 +305,6 @@ class LcpSolverHandle(Structure):
 
 
 LcpSolverPointer = POINTER(LcpSolverHandle)
-
-
-LcpProduct = CFUNCTYPE(c_int32, c_void_p, c_void_p, c_void_p)
 
 
 class LcpProof(Structure):
@@ -353,6 +368,19 @@ class LcpEnumeration(Structure):
     ]
 
 
+class LcpStack(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("count", c_int64),
+        ("n", c_int32),
+        ("reserved", c_int32),
+        ("M", c_void_p),
+        ("q", c_void_p),
+        ("lower", c_void_p),
+        ("upper", c_void_p),
+    ]
+
+
 class ContactLaws(Structure):
     _fields_ = [
         ("struct_size", c_size_t),
@@ -384,6 +412,30 @@ class ContactDynamics(Structure):
         ("user", c_void_p),
         ("H", POINTER(Matrix)),
         ("G", POINTER(Matrix)),
+    ]
+
+
+class ContactProblem(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("laws", POINTER(ContactLaws)),
+        ("dynamics", POINTER(ContactDynamics)),
+        ("f", c_void_p),
+        ("w", c_void_p),
+        ("b", c_void_p),
+        ("W", POINTER(Matrix)),
+        ("q", c_void_p),
+    ]
+
+
+class ContactAnswer(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("v", c_void_p),
+        ("r", c_void_p),
+        ("u", c_void_p),
+        ("modes", c_void_p),
+        ("ray", c_void_p),
     ]
 
 
@@ -617,6 +669,19 @@ class ContactSensitivityInfo(Structure):
         ("reserved", c_int32),
         ("margin", c_double),
         ("condition", c_double),
+    ]
+
+
+class ContactChange(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("df", c_void_p),
+        ("dw", c_void_p),
+        ("db", c_void_p),
+        ("dmu", c_void_p),
+        ("dM", POINTER(Matrix)),
+        ("dH", POINTER(Matrix)),
+        ("dG", POINTER(Matrix)),
     ]
 
 
@@ -1225,6 +1290,16 @@ class MechanismStep(Structure):
     ]
 
 
+class MechanismStart(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("t", c_double),
+        ("h", c_double),
+        ("q", c_void_p),
+        ("v", c_void_p),
+    ]
+
+
 class MechanismView(Structure):
     _fields_ = [
         ("struct_size", c_size_t),
@@ -1327,6 +1402,7 @@ MechanismPointer = POINTER(MechanismHandle)
 STRUCTS: dict[str, type[Structure]] = {
     "perp_context_settings": ContextSettings,
     "perp_matrix": Matrix,
+    "perp_lcp_problem": LcpProblem,
     "perp_lcp_progress": LcpProgress,
     "perp_lcp_settings": LcpSettings,
     "perp_lcp_result": LcpResult,
@@ -1334,8 +1410,11 @@ STRUCTS: dict[str, type[Structure]] = {
     "perp_lcp_sensitivity_info": LcpSensitivityInfo,
     "perp_lcp_found": LcpFound,
     "perp_lcp_enumeration": LcpEnumeration,
+    "perp_lcp_stack": LcpStack,
     "perp_contact_laws": ContactLaws,
     "perp_contact_dynamics": ContactDynamics,
+    "perp_contact_problem": ContactProblem,
+    "perp_contact_answer": ContactAnswer,
     "perp_contact_progress": ContactProgress,
     "perp_contact_settings": ContactSettings,
     "perp_contact_result": ContactResult,
@@ -1345,6 +1424,7 @@ STRUCTS: dict[str, type[Structure]] = {
     "perp_contact_copy": ContactCopy,
     "perp_contact_run": ContactRun,
     "perp_contact_sensitivity_info": ContactSensitivityInfo,
+    "perp_contact_change": ContactChange,
     "perp_statics_settings": StaticsSettings,
     "perp_statics_result": StaticsResult,
     "perp_statics_problem": StaticsProblem,
@@ -1379,6 +1459,7 @@ STRUCTS: dict[str, type[Structure]] = {
     "perp_mechanism_model": MechanismModel,
     "perp_mechanism_settings": MechanismSettings,
     "perp_mechanism_step": MechanismStep,
+    "perp_mechanism_start": MechanismStart,
     "perp_mechanism_view": MechanismView,
     "perp_mechanism_run_result": MechanismRunResult,
     "perp_mechanism_found": MechanismFound,
@@ -1412,20 +1493,15 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     ]),
     "perp_lcp_solve": (c_int32, [
         ContextPointer, c_void_p, c_void_p, c_void_p, POINTER(LcpResult), POINTER(LcpSettings),
-        POINTER(Matrix), c_void_p, c_void_p, c_void_p, c_void_p
-    ]),
-    "perp_lcp_solve_product": (c_int32, [
-        ContextPointer, c_void_p, c_void_p, POINTER(LcpResult), POINTER(LcpSettings), c_int32,
-        LcpProduct, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p
+        POINTER(LcpProblem), c_void_p
     ]),
     "perp_lcp_verdict_text": (c_char_p, [c_int32]),
     "perp_lcp_verify": (c_int32, [
-        ContextPointer, c_void_p, POINTER(LcpProof), POINTER(Matrix), c_void_p, c_void_p, c_void_p,
-        c_void_p
+        ContextPointer, c_void_p, POINTER(LcpProof), POINTER(LcpProblem), c_void_p
     ]),
     "perp_lcp_sensitivity_create": (c_int32, [
         ContextPointer, POINTER(LcpSensitivityPointer), POINTER(LcpSensitivityInfo),
-        POINTER(LcpSettings), POINTER(Matrix), c_void_p, c_void_p, c_void_p, c_void_p
+        POINTER(LcpSettings), POINTER(LcpProblem), c_void_p
     ]),
     "perp_lcp_sensitivity_destroy": (None, [LcpSensitivityPointer]),
     "perp_lcp_sensitivity_places": (c_int32, [LcpSensitivityPointer, c_void_p]),
@@ -1436,12 +1512,12 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
         LcpSensitivityPointer, c_void_p, c_void_p, c_void_p, c_void_p
     ]),
     "perp_lcp_all": (c_int32, [
-        ContextPointer, POINTER(LcpEnumeration), POINTER(LcpSettings), POINTER(Matrix), c_void_p,
-        c_void_p, c_void_p, LcpVisit, c_void_p
+        ContextPointer, POINTER(LcpEnumeration), POINTER(LcpSettings), POINTER(LcpProblem),
+        LcpVisit, c_void_p
     ]),
     "perp_lcp_batch": (c_int32, [
         ContextPointer, c_void_p, c_void_p, c_void_p, c_void_p, POINTER(LcpSettings), c_int32,
-        c_int64, c_int32, c_void_p, c_void_p, c_void_p, c_void_p
+        POINTER(LcpStack)
     ]),
     "perp_contact_laws_init": (c_int32, [POINTER(ContactLaws), c_size_t]),
     "perp_contact_settings_init": (c_int32, [POINTER(ContactSettings), c_size_t]),
@@ -1459,21 +1535,15 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
         ContactSolverPointer, POINTER(ContactLaws), POINTER(Matrix)
     ]),
     "perp_contact_solver_solve_dynamics": (c_int32, [
-        ContactSolverPointer, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p,
-        POINTER(ContactResult), c_void_p, c_void_p, c_void_p, c_void_p
-    ]),
-    "perp_contact_solver_solve_delassus": (c_int32, [
-        ContactSolverPointer, c_void_p, c_void_p, c_void_p, c_void_p, POINTER(ContactResult),
+        ContactSolverPointer, POINTER(ContactAnswer), POINTER(ContactResult), c_void_p, c_void_p,
         c_void_p, c_void_p
     ]),
-    "perp_contact_solve": (c_int32, [
-        ContextPointer, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, POINTER(ContactResult),
-        POINTER(ContactSettings), POINTER(ContactLaws), POINTER(ContactDynamics), c_void_p,
-        c_void_p, c_void_p, c_void_p
+    "perp_contact_solver_solve_delassus": (c_int32, [
+        ContactSolverPointer, POINTER(ContactAnswer), POINTER(ContactResult), c_void_p, c_void_p
     ]),
-    "perp_contact_solve_delassus": (c_int32, [
-        ContextPointer, c_void_p, c_void_p, c_void_p, c_void_p, POINTER(ContactResult),
-        POINTER(ContactSettings), POINTER(ContactLaws), POINTER(Matrix), c_void_p, c_void_p
+    "perp_contact_solve": (c_int32, [
+        ContextPointer, POINTER(ContactAnswer), POINTER(ContactResult), POINTER(ContactSettings),
+        POINTER(ContactProblem), c_void_p
     ]),
     "perp_contact_solver_arrange": (c_int32, [
         ContactSolverPointer, POINTER(ContactStep), POINTER(ContactLaws), POINTER(ContactDynamics)
@@ -1489,16 +1559,14 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     ]),
     "perp_contact_sensitivity_create": (c_int32, [
         ContextPointer, POINTER(ContactSensitivityPointer), POINTER(ContactSensitivityInfo),
-        POINTER(ContactSettings), POINTER(ContactLaws), POINTER(ContactDynamics), c_void_p,
-        c_void_p, c_void_p, c_void_p
+        POINTER(ContactSettings), POINTER(ContactProblem), c_void_p
     ]),
     "perp_contact_sensitivity_destroy": (None, [ContactSensitivityPointer]),
     "perp_contact_sensitivity_point": (c_int32, [
         ContactSensitivityPointer, c_void_p, c_void_p, c_void_p, c_void_p
     ]),
     "perp_contact_sensitivity_forward": (c_int32, [
-        ContactSensitivityPointer, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p,
-        POINTER(Matrix), POINTER(Matrix), POINTER(Matrix)
+        ContactSensitivityPointer, c_void_p, c_void_p, POINTER(ContactChange)
     ]),
     "perp_contact_sensitivity_adjoint": (c_int32, [
         ContactSensitivityPointer, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p
@@ -1645,11 +1713,11 @@ MECHANISM_FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     ]),
     "perp_mechanism_advance": (c_int32, [
         MechanismPointer, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p,
-        POINTER(MechanismStep), c_double, c_double, c_void_p, c_void_p
+        POINTER(MechanismStep), POINTER(MechanismStart)
     ]),
     "perp_mechanism_run": (c_int32, [
-        MechanismPointer, c_void_p, c_void_p, POINTER(MechanismRunResult), c_double, c_double,
-        c_double, c_void_p, c_void_p, MechanismObserver, c_void_p
+        MechanismPointer, c_void_p, c_void_p, POINTER(MechanismRunResult), POINTER(MechanismStart),
+        c_double, MechanismObserver, c_void_p
     ]),
     "perp_mechanism_accelerations": (c_int32, [
         MechanismPointer, POINTER(MechanismSummary), c_double, c_void_p, c_void_p

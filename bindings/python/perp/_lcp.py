@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
-from ctypes import byref
+from ctypes import byref, pointer
 from dataclasses import dataclass
 from operator import is_not
 from typing import Any, Optional
@@ -18,6 +18,7 @@ from ._generated import (
     AccelerationMethod,
     LcpMethod,
     LcpMonitor,
+    LcpProblem,
     LcpSettings,
     LcpSolverPointer,
     Matrix,
@@ -89,9 +90,10 @@ class _Call:
         self.context = Context()
         self.settings = sized(LcpSettings)
         self.filled: Any = None  # what the settings hold, as lcp() was given it
-        self.matrix = sized(Matrix)
+        self.matrix, self.problem = sized(Matrix), sized(LcpProblem)
+        self.problem.M = pointer(self.matrix)
         self.result = sized(CResult)
-        self.references = byref(self.result), byref(self.settings), byref(self.matrix)
+        self.references = byref(self.result), byref(self.settings), byref(self.problem)
 
 
 class _Pool(threading.local):
@@ -173,8 +175,11 @@ def lcp(
         if needs_watch(monitor, entries, call.settings.max_iterations):
             watch = Watch(monitor)
             call.settings.monitor = watch.function
-        result, settings, matrix = call.references
-        address = _arrays.address
+        result, settings, problem = call.references
+        address, posed = _arrays.address, call.problem
+        posed.q = address(offset)
+        posed.lower = None if low is None else address(low)
+        posed.upper = None if high is None else address(high)
         status = library.perp_lcp_solve(
             call.context.pointer,
             address(z),
@@ -182,10 +187,7 @@ def lcp(
             address(ray),
             result,
             settings,
-            matrix,
-            address(offset),
-            None if low is None else address(low),
-            None if high is None else address(high),
+            problem,
             None if start is None else address(start),
         )
         if watch is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ctypes import byref, c_void_p
+from ctypes import byref, c_void_p, sizeof
 from typing import Any, Callable, Optional, Union
 
 import numpy as np
@@ -15,6 +15,7 @@ from ._generated import (
     MechanismFound,
     MechanismObserver,
     MechanismRunResult,
+    MechanismStart,
     MechanismSummary,
     Scheme,
     Selection,
@@ -33,6 +34,13 @@ from ._mechanism_results import (
     words,
 )
 from ._structures import sized
+
+
+def _start(time: float, length: float, place: Array, speed: Array) -> MechanismStart:
+    """Where a step or a run begins; the arrays have to outlive it."""
+    return MechanismStart(
+        sizeof(MechanismStart), time, length, _arrays.address(place), _arrays.address(speed)
+    )
 
 
 class Mechanism(MechanismBase):
@@ -185,10 +193,7 @@ class Mechanism(MechanismBase):
                 _arrays.address(modes),
                 _arrays.address(ray),
                 byref(result),
-                time,
-                length,
-                _arrays.address(place),
-                _arrays.address(speed),
+                byref(_start(time, length, place, speed)),
             )
             said = words(_arrays.address(modes), self._mode_count)
             return make_step(
@@ -257,11 +262,8 @@ class Mechanism(MechanismBase):
                 _arrays.address(q),
                 _arrays.address(v),
                 byref(result),
-                time,
+                byref(_start(time, length, place, speed)),
                 end,
-                length,
-                _arrays.address(place),
-                _arrays.address(speed),
                 observer,
                 c_void_p(),
             )

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from . import _arrays
 from ._callbacks import Array, Callbacks
-from ._generated import LcpProduct, LcpSettings
+from ._generated import LcpProblem, LcpProduct, LcpSettings
 from ._generated import LcpResult as CResult
 from ._handle import Context
 from ._lcp import LcpResult, read_answer
@@ -57,21 +57,19 @@ def lcp_product(
     multiply = LcpProduct(lambda y, x, _: callbacks.answer(product, "product(x)", y, x, n))
     if monitor is not None:
         settings.monitor = watch.function
+    problem, optional = sized(LcpProblem), _arrays.optional
+    problem.q, problem.product, problem.n = _arrays.address(offset), multiply, n
+    problem.lower, problem.upper, problem.diagonal = map(optional, (low, high, scale))
     z, w = np.empty(n), np.empty(n)
     with callbacks.catching():
-        status = library.perp_lcp_solve_product(
+        status = library.perp_lcp_solve(
             context.pointer,
             _arrays.address(z),
             _arrays.address(w),
+            None,
             byref(result),
             byref(settings),
-            n,
-            multiply,
-            None,
-            _arrays.optional(scale),
-            _arrays.address(offset),
-            _arrays.optional(low),
-            _arrays.optional(high),
+            byref(problem),
             _arrays.optional(start),
         )
     callbacks.raise_caught()

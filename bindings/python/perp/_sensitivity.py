@@ -54,10 +54,7 @@ class Sensitivity(Handle):
         super().__init__(
             byref(info),
             byref(settings),
-            byref(matrix),
-            _arrays.address(offset),
-            _arrays.optional(low),
-            _arrays.optional(high),
+            byref(_arrays.lcp_problem(matrix, offset, low, high)),
             _arrays.address(point),
         )
         self._n = n

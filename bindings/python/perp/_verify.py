@@ -55,10 +55,7 @@ def lcp_verify(
             context.pointer,
             _arrays.address(radii),
             byref(proof),
-            byref(matrix),
-            _arrays.address(offset),
-            _arrays.optional(low),
-            _arrays.optional(high),
+            byref(_arrays.lcp_problem(matrix, offset, low, high)),
             _arrays.address(point),
         )
     )

@@ -300,7 +300,8 @@ static perp_status find_outcome(perp_contact_sensitivity *s, perp_contact_sensit
                                 const double *f, const double *w, const double *b, const double *r)
 {
     perp_contact_result result;
-    const perp__contact_call call = {s->v, s->r, s->u, s->modes, NULL, &result, f, w, b, NULL, r};
+    const perp__contact_call call = {
+        {0, s->v, s->r, s->u, s->modes, NULL}, &result, f, w, b, NULL, r};
     perp_status status = perp_struct_init(&result, sizeof result);
 
     if (status == PERP_OK && s->size > 0)
@@ -327,12 +328,11 @@ perp_status perp_contact_sensitivity_create(perp_context *context,
                                             perp_contact_sensitivity **sensitivity,
                                             perp_contact_sensitivity_info *info,
                                             const perp_contact_settings *settings,
-                                            const perp_contact_laws *laws,
-                                            const perp_contact_dynamics *dynamics, const double *f,
-                                            const double *w, const double *b, const double *r)
+                                            const perp_contact_problem *problem, const double *r)
 {
     perp_contact_sensitivity_info copy = {0};
     perp_contact_sensitivity *s = NULL;
+    perp_contact_problem p = {0};
     perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
@@ -342,8 +342,9 @@ perp_status perp_contact_sensitivity_create(perp_context *context,
     if (status == PERP_OK && !(s = perp__handle_create(context, &kind)))
         status = PERP_ERROR_MEMORY;
     PERP__THEN(status, perp__contact_create(context, &s->solver, settings));
-    PERP__THEN(status, perp__check_pointer(context, "dynamics", dynamics));
-    PERP__THEN(status, perp__contact_setup(s->solver, laws, dynamics, NULL));
+    PERP__THEN(status, PERP__READ(perp_contact_problem, context, &p, problem));
+    PERP__THEN(status, perp__check_pointer(context, "dynamics", p.dynamics));
+    PERP__THEN(status, perp__contact_setup(s->solver, p.laws, p.dynamics, NULL));
     if (status == PERP_OK) {
         const perp__contact_bounded *bounded = &s->solver->bounded;
 
@@ -356,7 +357,7 @@ perp_status perp_contact_sensitivity_create(perp_context *context,
         s->size = s->rows + s->G.rows;
         status = perp__arena_fit(&s->arena, s->context, layout, s);
     }
-    PERP__THEN(status, find_outcome(s, &copy, f, w, b, r));
+    PERP__THEN(status, find_outcome(s, &copy, p.f, p.w, p.b, r));
     if (status == PERP_OK)
         perp__struct_write(info, &copy, sizeof copy);
     if (s)
@@ -386,68 +387,71 @@ perp_status perp_contact_sensitivity_point(perp_contact_sensitivity *s, double *
 
 /* ---- products ------------------------------------------------------------------------------ */
 
-/* A change of the data as it was given; views of the matrices that are. */
-typedef struct change {
-    const double *f, *w, *b, *mu;
-    const perp_matrix *given[3];
-    perp__matrix copy[3]; /* of M, H, G */
-} change;
+/* A change of the data as it was given; views of its matrices. */
+typedef struct direction {
+    perp_contact_change as;
+    perp__matrix dM, dH, dG;
+} direction;
 
-static perp_status read_change(const perp_contact_sensitivity *s, change *c)
+static perp_status read_change(const perp_contact_sensitivity *s, direction *c)
 {
-    static const char *const names[] = {"dM", "dH", "dG"};
-    const int32_t rows[] = {s->n, s->rows, s->size - s->rows};
+    const perp_contact_change *as = &c->as;
+    const int32_t bilateral = s->size - s->rows;
     perp_status status = perp__lcp_check_verdict(s->context, "r", "active set", s->verdict);
 
-    PERP__THEN(status, perp__check_finite(s->context, "df", c->f, (size_t)s->n));
-    PERP__THEN(status, perp__check_finite(s->context, "dw", c->w, (size_t)rows[1]));
-    PERP__THEN(status, perp__check_finite(s->context, "db", c->b, (size_t)rows[2]));
-    PERP__THEN(status, perp__check_finite(s->context, "dmu", c->mu, (size_t)s->contacts));
-    for (int32_t k = 0; k < 3; k++)
-        if (status == PERP_OK && c->given[k])
-            status = perp__matrix_read_sized(s->context, names[k], &c->copy[k], c->given[k],
-                                             rows[k], s->n);
+    PERP__THEN(status, perp__check_finite(s->context, "df", as->df, (size_t)s->n));
+    PERP__THEN(status, perp__check_finite(s->context, "dw", as->dw, (size_t)s->rows));
+    PERP__THEN(status, perp__check_finite(s->context, "db", as->db, (size_t)bilateral));
+    PERP__THEN(status, perp__check_finite(s->context, "dmu", as->dmu, (size_t)s->contacts));
+    if (status == PERP_OK && as->dM)
+        status = perp__matrix_read_sized(s->context, "dM", &c->dM, as->dM, s->n, s->n);
+    if (status == PERP_OK && as->dH)
+        status = perp__matrix_read_sized(s->context, "dH", &c->dH, as->dH, s->rows, s->n);
+    if (status == PERP_OK && as->dG)
+        status = perp__matrix_read_sized(s->context, "dG", &c->dG, as->dG, bilateral, s->n);
     return status;
 }
 
-static perp_status forward(perp_contact_sensitivity *s, double *dv, double *dr, change *c)
+static perp_status forward(perp_contact_sensitivity *s, double *dv, double *dr,
+                           const perp_contact_change *given)
 {
-    perp_status status = read_change(s, c);
+    direction copy = {{0}, {0}, {0}, {0}}, *c = &copy;
+    perp_status status = PERP__READ(perp_contact_change, s->context, &c->as, given);
 
+    PERP__THEN(status, read_change(s, c));
     /* 1. dv := M^-1 p and d := A dv + dA v + dw, as if no impulse changed. */
     if (status != PERP_OK)
         return status;
     for (int32_t j = 0; j < s->n; j++)
-        s->dv[j] = c->f ? c->f[j] : 0.0;
-    if (c->given[0]) {
-        perp__multiply(&c->copy[0], s->v, s->push);
+        s->dv[j] = c->as.df ? c->as.df[j] : 0.0;
+    if (c->as.dM) {
+        perp__multiply(&c->dM, s->v, s->push);
         for (int32_t j = 0; j < s->n; j++)
             s->dv[j] -= s->push[j];
     }
-    add_transposed(c->given[1] ? &c->copy[1] : NULL, c->given[2] ? &c->copy[2] : NULL, s->n,
-                   s->rows, s->r, s->dv);
+    add_transposed(c->as.dH ? &c->dH : NULL, c->as.dG ? &c->dG : NULL, s->n, s->rows, s->r, s->dv);
     status = solve_mass(s, s->dv);
     if (status != PERP_OK)
         return status;
     multiply(s, s->dv, s->d);
     memset(s->image, 0, (size_t)s->size * sizeof *s->image);
-    if (c->given[1])
-        perp__multiply(&c->copy[1], s->v, s->image);
-    if (c->given[2] && s->size > s->rows)
-        perp__multiply(&c->copy[2], s->v, s->image + s->rows);
+    if (c->as.dH)
+        perp__multiply(&c->dH, s->v, s->image);
+    if (c->as.dG && s->size > s->rows)
+        perp__multiply(&c->dG, s->v, s->image + s->rows);
     for (int32_t i = 0; i < s->size; i++) {
-        const double *offset = i < s->rows ? c->w : c->b;
+        const double *offset = i < s->rows ? c->as.dw : c->as.db;
 
         s->d[i] += s->image[i] + (offset ? offset[i < s->rows ? i : i - s->rows] : 0.0);
     }
 
     /* 2. dr = -K^-1 (E d + B dm), and what it adds to dv. */
     apply_E(s, s->d);
-    for (int32_t k = 0; c->mu && k < s->slips; k++) {
+    for (int32_t k = 0; c->as.dmu && k < s->slips; k++) {
         const part *p = &s->parts[k];
 
         for (int32_t i = 0; i < p->size; i++)
-            s->d[p->row + i] += p->b * p->e[i] * c->mu[p->contact];
+            s->d[p->row + i] += p->b * p->e[i] * c->as.dmu[p->contact];
     }
     solve(s, s->d, 0);
     memset(s->push, 0, (size_t)s->n * sizeof *s->push);
@@ -465,14 +469,9 @@ static perp_status forward(perp_contact_sensitivity *s, double *dv, double *dr, 
 }
 
 perp_status perp_contact_sensitivity_forward(perp_contact_sensitivity *sensitivity, double *dv,
-                                             double *dr, const double *df, const double *dw,
-                                             const double *db, const double *dmu,
-                                             const perp_matrix *dM, const perp_matrix *dH,
-                                             const perp_matrix *dG)
+                                             double *dr, const perp_contact_change *change)
 {
-    change c = {df, dw, db, dmu, {dM, dH, dG}, {{0}, {0}, {0}}};
-
-    return PERP__HANDLE_CALL(sensitivity, &kind, forward(sensitivity, dv, dr, &c));
+    return PERP__HANDLE_CALL(sensitivity, &kind, forward(sensitivity, dv, dr, change));
 }
 
 static perp_status adjoint(perp_contact_sensitivity *s, double *x, double *y, double *z, double *mu,

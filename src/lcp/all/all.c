@@ -210,11 +210,11 @@ static perp_status run(perp__lcp_all *all, const double *q)
 }
 
 perp_status perp_lcp_all(perp_context *context, perp_lcp_enumeration *result,
-                         const perp_lcp_settings *settings, const perp_matrix *M, const double *q,
-                         const double *lower, const double *upper, perp_lcp_visit visitor,
-                         void *user)
+                         const perp_lcp_settings *settings, const perp_lcp_problem *problem,
+                         perp_lcp_visit visitor, void *user)
 {
     perp_lcp_solver *solver;
+    perp_lcp_problem p = {0};
     perp__lcp_all all;
     perp_status status = perp__enter(context);
 
@@ -224,17 +224,18 @@ perp_status perp_lcp_all(perp_context *context, perp_lcp_enumeration *result,
     if (status != PERP_OK)
         return perp__leave(context, status);
     solver->as_given = 1;
-    status = perp__lcp_setup(solver, M, lower, upper);
+    status = PERP__READ(perp_lcp_problem, context, &p, problem);
+    PERP__THEN(status, perp__lcp_setup(solver, p.M, p.lower, p.upper));
     PERP__THEN(status, PERP__CHECK(perp_lcp_enumeration, context, result));
     if (status == PERP_OK && solver->n > PERP__LARGEST_ALL)
         status = perp__refuse(context, "M has %d rows: all solutions are searched for up to %d",
                               (int)solver->n, PERP__LARGEST_ALL);
-    PERP__THEN(status, perp__check_vector(context, "q", q, (size_t)solver->n));
+    PERP__THEN(status, perp__check_vector(context, "q", p.q, (size_t)solver->n));
     if (status == PERP_OK) {
         all_init(&all, solver);
         all.visit = visitor;
         all.user = user;
-        status = run(&all, q);
+        status = run(&all, p.q);
         if (status == PERP_OK)
             perp__struct_write(result, &all.result, sizeof all.result);
         all_release(&all);

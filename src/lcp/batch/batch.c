@@ -45,11 +45,11 @@ typedef struct batch_worker {
 /* z nearest to 0, with nothing known about it. */
 static void leave_unsolved(const batch *b, int64_t problem)
 {
-    const size_t n = (size_t)b->data.n, at = (size_t)problem * n;
+    const size_t n = (size_t)b->data.stack.n, at = (size_t)problem * n;
 
     for (size_t i = 0; i < n; i++) {
-        const double low = b->data.lower ? b->data.lower[at + i] : 0.0;
-        const double up = b->data.upper ? b->data.upper[at + i] : INFINITY;
+        const double low = b->data.stack.lower ? b->data.stack.lower[at + i] : 0.0;
+        const double up = b->data.stack.upper ? b->data.stack.upper[at + i] : INFINITY;
 
         b->answers.z[at + i] = low > 0.0 ? low : up < 0.0 ? up : 0.0;
         if (b->answers.w)
@@ -64,8 +64,9 @@ static perp_status solve_alone(batch_worker *worker, int64_t problem)
 {
     const batch *b = worker->batch;
     const perp__batch_data *data = &b->data;
-    const size_t n = (size_t)data->n, at = (size_t)problem * n;
-    const perp_matrix M = perp__view(PERP_STORAGE_ROW_MAJOR, data->n, data->n, data->M + at * n);
+    const size_t n = (size_t)data->stack.n, at = (size_t)problem * n;
+    const perp_matrix M =
+        perp__view(PERP_STORAGE_ROW_MAJOR, data->stack.n, data->stack.n, data->stack.M + at * n);
     perp_lcp_settings settings = *b->settings;
     perp_lcp_result result;
     perp_status status = PERP_OK;
@@ -81,11 +82,12 @@ static perp_status solve_alone(batch_worker *worker, int64_t problem)
     else if (b->deadline > 0.0)
         status = perp__lcp_set(worker->solver, &settings);
     PERP__THEN(status, perp_struct_init(&result, sizeof result));
-    PERP__THEN(status, perp__lcp_setup(worker->solver, &M, data->lower ? data->lower + at : NULL,
-                                       data->upper ? data->upper + at : NULL));
+    PERP__THEN(status, perp__lcp_setup(worker->solver, &M,
+                                       data->stack.lower ? data->stack.lower + at : NULL,
+                                       data->stack.upper ? data->stack.upper + at : NULL));
     PERP__THEN(status, perp__lcp_solve(worker->solver, b->answers.z + at,
                                        b->answers.w ? b->answers.w + at : NULL, NULL, &result,
-                                       data->q + at, NULL));
+                                       data->stack.q + at, NULL));
     if (status == PERP_OK) {
         b->answers.outcomes[problem] = result.outcome;
         b->answers.residuals[problem] = result.residual;
@@ -121,7 +123,7 @@ static void work(int32_t which, void *workers)
     const int64_t stride = b->kernel ? b->kernel->width : 1;
 
     if (b->kernel) {
-        g->n = b->data.n;
+        g->n = b->data.stack.n;
         g->width = b->kernel->width;
         worker->status =
             perp__arena_fit(&worker->arena, &worker->context, perp__batch_group_layout, g);
@@ -148,22 +150,24 @@ static perp_status check(perp_context *context, const batch *b, const double *z,
     const perp__batch_data *data = &b->data;
     perp_status status = PERP_OK;
 
-    if (data->count < 0)
-        return perp__refuse(context, "count is %lld, expected 0 or more", (long long)data->count);
-    if (data->n < 0)
-        return perp__refuse(context, "n is %d, expected 0 or more", (int)data->n);
+    if (data->stack.count < 0)
+        return perp__refuse(context, "count is %lld, expected 0 or more",
+                            (long long)data->stack.count);
+    if (data->stack.n < 0)
+        return perp__refuse(context, "n is %d, expected 0 or more", (int)data->stack.n);
     if (threads < 1 || threads > PERP__MOST_THREADS)
         return perp__refuse(context, "threads is %d, expected 1 to %d", (int)threads,
                             PERP__MOST_THREADS);
-    if (data->count > 0 && data->n > 0) {
-        if ((uint64_t)data->count > SIZE_MAX / sizeof(double) / (size_t)data->n / (size_t)data->n)
+    if (data->stack.count > 0 && data->stack.n > 0) {
+        if ((uint64_t)data->stack.count >
+            SIZE_MAX / sizeof(double) / (size_t)data->stack.n / (size_t)data->stack.n)
             return perp__refuse(context, "count is %lld, too many problems of n = %d",
-                                (long long)data->count, (int)data->n);
+                                (long long)data->stack.count, (int)data->stack.n);
         status = perp__check_pointer(context, "z", z);
-        PERP__THEN(status, perp__check_pointer(context, "M", data->M));
-        PERP__THEN(status, perp__check_pointer(context, "q", data->q));
-        PERP__THEN(status, perp__check_bounds(context, data->lower, data->upper,
-                                              (size_t)data->count * (size_t)data->n));
+        PERP__THEN(status, perp__check_pointer(context, "M", data->stack.M));
+        PERP__THEN(status, perp__check_pointer(context, "q", data->stack.q));
+        PERP__THEN(status, perp__check_bounds(context, data->stack.lower, data->stack.upper,
+                                              (size_t)data->stack.count * (size_t)data->stack.n));
     }
     return status;
 }
@@ -171,7 +175,7 @@ static perp_status check(perp_context *context, const batch *b, const double *z,
 static void layout(perp__arena *arena, void *object)
 {
     batch *b = object;
-    const size_t count = (size_t)b->data.count, all = count * (size_t)b->data.n;
+    const size_t count = (size_t)b->data.stack.count, all = count * (size_t)b->data.stack.n;
     b->answers.z = perp__arena_take(arena, all, sizeof(double));
     b->answers.outcomes = perp__arena_take(arena, count, sizeof(int32_t));
     b->answers.residuals = perp__arena_take(arena, count, sizeof(double));
@@ -183,8 +187,8 @@ static void layout(perp__arena *arena, void *object)
 static perp_status solve_all(batch *b, perp__arena *arena, int32_t threads)
 {
     const int64_t stride = b->kernel ? b->kernel->width : 1;
-    const int64_t count = b->data.count, groups = (count + stride - 1) / stride;
-    const size_t n = (size_t)b->data.n, all = (size_t)count * n;
+    const int64_t count = b->data.stack.count, groups = (count + stride - 1) / stride;
+    const size_t n = (size_t)b->data.stack.n, all = (size_t)count * n;
     batch_worker *workers;
     perp_status status = perp__arena_fit(arena, b->context, layout, b);
 
@@ -212,9 +216,9 @@ static perp_status solve_all(batch *b, perp__arena *arena, int32_t threads)
         const perp_status failed = workers[k].status;
 
         if (failed == PERP_ERROR_NOT_FINITE)
-            status = perp__check_finite(b->context, "M", b->data.M, all * n);
+            status = perp__check_finite(b->context, "M", b->data.stack.M, all * n);
         if (failed == PERP_ERROR_NOT_FINITE && status == PERP_OK)
-            status = perp__check_finite(b->context, "q", b->data.q, all);
+            status = perp__check_finite(b->context, "q", b->data.stack.q, all);
         if (failed != PERP_OK && status == PERP_OK)
             status = perp__fail(b->context, failed, "%s", workers[k].context.message);
     }
@@ -229,24 +233,18 @@ static perp_status solve_all(batch *b, perp__arena *arena, int32_t threads)
 
 perp_status perp_lcp_batch(perp_context *context, double *z, double *w, int32_t *outcomes,
                            double *residuals, const perp_lcp_settings *settings, int32_t threads,
-                           int64_t count, int32_t n, const double *M, const double *q,
-                           const double *lower, const double *upper)
+                           const perp_lcp_stack *problems)
 {
     perp_lcp_settings copy;
     perp__arena arena = {0};
     batch b = {.context = context, .settings = &copy, .wants_w = w != NULL};
-    size_t bytes;
     perp_status status = perp__enter(context);
+    size_t count, bytes;
 
     if (status != PERP_OK)
         return status;
-    b.data.count = count;
-    b.data.n = n;
-    b.data.M = M;
-    b.data.q = q;
-    b.data.lower = lower;
-    b.data.upper = upper;
     status = perp__lcp_settings_read(context, &copy, settings);
+    PERP__THEN(status, PERP__READ(perp_lcp_stack, context, &b.data.stack, problems));
     PERP__THEN(status, check(context, &b, z, threads));
     if (status == PERP_OK) {
         if (copy.time_limit > 0.0)
@@ -255,20 +253,22 @@ perp_status perp_lcp_batch(perp_context *context, double *z, double *w, int32_t 
         copy.monitor = NULL;
         b.data.scaling = copy.scaling;
         b.data.max_iterations = copy.max_iterations;
-        if (copy.method == PERP_LCP_AUTO && n > 0 && n <= PERP__SMALL_LENGTH)
+        if (copy.method == PERP_LCP_AUTO && b.data.stack.n > 0 &&
+            b.data.stack.n <= PERP__SMALL_LENGTH)
             b.kernel = perp__batch_kernel_number(0);
         status = solve_all(&b, &arena, threads);
     }
-    if (status == PERP_OK && count > 0) {
-        bytes = (size_t)count * (size_t)n * sizeof(double);
+    if (status == PERP_OK && b.data.stack.count > 0) {
+        count = (size_t)b.data.stack.count;
+        bytes = count * (size_t)b.data.stack.n * sizeof(double);
         if (bytes > 0)
             memcpy(z, b.answers.z, bytes);
         if (w && bytes > 0)
             memcpy(w, b.answers.w, bytes);
         if (outcomes)
-            memcpy(outcomes, b.answers.outcomes, (size_t)count * sizeof *outcomes);
+            memcpy(outcomes, b.answers.outcomes, count * sizeof *outcomes);
         if (residuals)
-            memcpy(residuals, b.answers.residuals, (size_t)count * sizeof *residuals);
+            memcpy(residuals, b.answers.residuals, count * sizeof *residuals);
     }
     perp__arena_release(&arena);
     return perp__leave(context, status);

@@ -118,7 +118,7 @@ void perp__batch_group_read(perp__batch_group *group, const perp__batch_data *da
     group->most_rounds = data->max_iterations > 0 && data->max_iterations < PERP__CRASH_ROUNDS
                              ? data->max_iterations
                              : PERP__CRASH_ROUNDS;
-    group->rests_at_zero = !data->lower && !data->upper;
+    group->rests_at_zero = !data->stack.lower && !data->stack.upper;
     for (size_t i = 0; i < n * width && group->rests_at_zero; i++) {
         group->lower[i] = group->active[i] = group->rest[i] = 0.0;
         group->upper[i] = INFINITY;
@@ -126,14 +126,14 @@ void perp__batch_group_read(perp__batch_group *group, const perp__batch_data *da
     for (size_t k = 0; k < width; k++) {
         const int64_t own_residual = first + (int64_t)k;
         const size_t problem =
-            (size_t)(own_residual < data->count ? own_residual : data->count - 1);
+            (size_t)(own_residual < data->stack.count ? own_residual : data->stack.count - 1);
 
-        M[k] = data->M + problem * n * n;
-        q[k] = data->q + problem * n;
+        M[k] = data->stack.M + problem * n * n;
+        q[k] = data->stack.q + problem * n;
         /* z starts at its lower bound, else at its upper one; where it has neither, it is active */
         for (size_t i = 0; i < n && !group->rests_at_zero; i++) {
-            const double low = data->lower ? data->lower[problem * n + i] : 0.0;
-            const double up = data->upper ? data->upper[problem * n + i] : INFINITY;
+            const double low = data->stack.lower ? data->stack.lower[problem * n + i] : 0.0;
+            const double up = data->stack.upper ? data->stack.upper[problem * n + i] : INFINITY;
             const int32_t is_free = low == -INFINITY && up == INFINITY;
 
             group->has_free |= is_free;

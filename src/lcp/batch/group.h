@@ -42,11 +42,9 @@ void perp__batch_group_layout(perp__arena *arena, void *object);
 
 /* Many problems, one after the other in memory. lower, upper: count x n or NULL. */
 typedef struct perp__batch_data {
-    int64_t count;
-    int32_t n;
+    perp_lcp_stack stack; /* the caller's */
     int32_t scaling;
     int32_t max_iterations; /* 0: the kernel's own limit */
-    const double *M, *q, *lower, *upper;
 } perp__batch_data;
 
 /* Interleaves the problems first, first + 1, ... (the last one again where there are fewer). Lanes

@@ -189,12 +189,12 @@ static const perp__kind kind = {"sensitivities", sizeof(perp_lcp_sensitivity), r
 
 perp_status perp_lcp_sensitivity_create(perp_context *context, perp_lcp_sensitivity **sensitivity,
                                         perp_lcp_sensitivity_info *info,
-                                        const perp_lcp_settings *settings, const perp_matrix *M,
-                                        const double *q, const double *lower, const double *upper,
-                                        const double *z)
+                                        const perp_lcp_settings *settings,
+                                        const perp_lcp_problem *problem, const double *z)
 {
     perp_lcp_sensitivity_info copy = {0};
     perp_lcp_sensitivity *made = NULL;
+    perp_lcp_problem p = {0};
     perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
@@ -209,13 +209,14 @@ perp_status perp_lcp_sensitivity_create(perp_context *context, perp_lcp_sensitiv
     PERP__THEN(status, perp__lcp_create(context, &made->solver, settings));
     if (status == PERP_OK)
         made->solver->as_given = 1;
-    PERP__THEN(status, perp__lcp_setup(made->solver, M, lower, upper));
+    PERP__THEN(status, PERP__READ(perp_lcp_problem, context, &p, problem));
+    PERP__THEN(status, perp__lcp_setup(made->solver, p.M, p.lower, p.upper));
     if (status == PERP_OK)
         made->n = made->solver->n;
-    PERP__THEN(status, perp__check_vector(context, "q", q, (size_t)made->n));
+    PERP__THEN(status, perp__check_vector(context, "q", p.q, (size_t)made->n));
     PERP__THEN(status, perp__check_vector(context, "z", z, (size_t)made->n));
     if (status == PERP_OK) {
-        perp__scale_problem(made->solver, q);
+        perp__scale_problem(made->solver, p.q);
         perp__copy(made->solver->z, z, made->n);
         status = prepare(made, &copy);
     }

@@ -313,9 +313,9 @@ PERP__WORDS(perp_lcp_verdict_text, "unknown verdict", "regular", "not a solution
             "degenerate", "too large")
 
 static perp_status verify(perp__verify *v, double *radii, perp_lcp_proof *proof,
-                          const perp_matrix *M, const double *q, const double *lower,
-                          const double *upper)
+                          const perp_lcp_problem *problem)
 {
+    perp_lcp_problem p = {0};
     perp_lcp_proof copy = {.verdict = PERP_VERDICT_SINGULAR, .index = -1};
     perp_status status = PERP__CHECK(perp_lcp_proof, v->context, proof);
 
@@ -324,14 +324,15 @@ static perp_status verify(perp__verify *v, double *radii, perp_lcp_proof *proof,
     if (status != PERP_OK)
         return status;
     v->solver->as_given = 1;
-    status = perp__lcp_setup(v->solver, M, lower, upper);
+    status = PERP__READ(perp_lcp_problem, v->context, &p, problem);
+    PERP__THEN(status, perp__lcp_setup(v->solver, p.M, p.lower, p.upper));
     v->n = v->solver->n;
-    PERP__THEN(status, perp__check_vector(v->context, "q", q, (size_t)v->n));
+    PERP__THEN(status, perp__check_vector(v->context, "q", p.q, (size_t)v->n));
     PERP__THEN(status, perp__check_vector(v->context, "z", v->z, (size_t)v->n));
     PERP__THEN(status, perp__arena_fit(&v->arena, v->context, layout, v));
     /* 2. The proof. A radius that is not finite proves nothing. */
     if (status == PERP_OK) {
-        perp__scale_problem(v->solver, q);
+        perp__scale_problem(v->solver, p.q);
         v->M = perp__scale_matrix(v->solver, v->values);
         read_places(v);
         status = enclose(v, &copy.verdict);
@@ -356,10 +357,9 @@ static perp_status verify(perp__verify *v, double *radii, perp_lcp_proof *proof,
 }
 
 perp_status perp_lcp_verify(perp_context *context, double *radii, perp_lcp_proof *proof,
-                            const perp_matrix *M, const double *q, const double *lower,
-                            const double *upper, const double *z)
+                            const perp_lcp_problem *problem, const double *z)
 {
     perp__verify v = {.context = context, .z = z};
 
-    return PERP__CALL(perp__enter(context), context, verify(&v, radii, proof, M, q, lower, upper));
+    return PERP__CALL(perp__enter(context), context, verify(&v, radii, proof, problem));
 }

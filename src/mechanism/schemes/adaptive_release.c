@@ -297,7 +297,7 @@ perp_status perp__adaptive_locate(perp_mechanism *m, perp__adaptive *a, double t
     for (int32_t pass = 1; high - low > least && pass < PERP__MOST_HALVES && status == PERP_OK;
          pass++) {
         const double x = next_length(low, high, left, missing, whole, 0.5 * least, pass);
-        const perp__start now = {t + start, x, from->q, from->v};
+        const perp_mechanism_start now = {.t = t + start, .h = x, .q = from->q, .v = from->v};
         double found = INFINITY;
 
         /* a single step of that length, and the least force that is left at its end */
@@ -335,7 +335,7 @@ void perp__adaptive_let_go(perp_mechanism *m, const int8_t *does, const perp__mo
 perp_status perp__adaptive_step(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
                                 double t, double h, const perp__motion *state)
 {
-    const perp__start from = {t, h, state->q, state->v};
+    const perp_mechanism_start from = {.t = t, .h = h, .q = state->q, .v = state->v};
     perp_status status = perp__take_step(m, to, step, &from);
     int32_t caught = 0, slips = 0;
 

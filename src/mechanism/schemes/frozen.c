@@ -10,7 +10,7 @@
 #include <math.h>
 #include <string.h>
 
-void perp__prepare_contacts(perp_mechanism *m, const perp__start *from)
+void perp__prepare_contacts(perp_mechanism *m, const perp_mechanism_start *from)
 {
     perp__row_velocities(m, &m->begin, m->start_velocity, from->v);
     for (int32_t j = 0; j < m->contacts; j++) {
@@ -24,7 +24,8 @@ void perp__prepare_contacts(perp_mechanism *m, const perp__start *from)
     }
 }
 
-void perp__prepare_impulses(perp_mechanism *m, const perp__terms *terms, const perp__start *from)
+void perp__prepare_impulses(perp_mechanism *m, const perp__terms *terms,
+                            const perp_mechanism_start *from)
 {
     perp__multiply_mass(m, terms, m->momentum, from->v);
     for (int32_t i = 0; i < m->n; i++)
@@ -33,7 +34,7 @@ void perp__prepare_impulses(perp_mechanism *m, const perp__terms *terms, const p
         m->dry_bound[i] = from->h * terms->bound[i];
 }
 
-void perp__prepare_step(perp_mechanism *m, const perp__start *from)
+void perp__prepare_step(perp_mechanism *m, const perp_mechanism_start *from)
 {
     perp__prepare_impulses(m, &m->begin, from);
     perp__prepare_contacts(m, from);
@@ -118,7 +119,7 @@ perp_status perp__finish_step(perp_mechanism *m, perp__motion *to, perp_mechanis
 
 /* m->answer := the frozen problem's solution, or the answer that is selected. */
 static perp_status find_answer(perp_mechanism *m, perp_mechanism_step *step,
-                               perp__velocity_problem *problem, const perp__start *from)
+                               perp__velocity_problem *problem, const perp_mechanism_start *from)
 {
     perp_status status;
 
@@ -132,7 +133,7 @@ static perp_status find_answer(perp_mechanism *m, perp_mechanism_step *step,
 }
 
 perp_status perp__advance_frozen(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
-                                 const perp__start *from)
+                                 const perp_mechanism_start *from)
 {
     perp__velocity_problem problem;
     perp_status status = perp__evaluate_all(m, &m->begin, from->t, from->q, from->v);
@@ -145,7 +146,8 @@ perp_status perp__advance_frozen(perp_mechanism *m, perp__motion *to, perp_mecha
 
 perp_status perp__impact(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step, double t)
 {
-    const perp__start from = {t, 1.0, to->q, to->v}; /* a length that forces and gaps of 0 ignore */
+    const perp_mechanism_start from = {
+        .t = t, .h = 1.0, .q = to->q, .v = to->v}; /* a length that forces and gaps of 0 ignore */
     perp__velocity_problem problem;
     perp_status status = perp__evaluate_all(m, &m->begin, t, to->q, to->v);
 

@@ -24,7 +24,7 @@
 
 struct perp__implicit {
     PERP__WORK;
-    perp__start from;                   /* of the step */
+    perp_mechanism_start from;          /* of the step */
     double *A, *factor;                 /* n by n: in the place of M, and its L, columns */
     double *v, *left, *moved, *x, *sum; /* n: iterate; what it lacks of its balance; scratch */
     double *q;                          /* coordinates: where v leads */
@@ -217,7 +217,7 @@ static perp_status iterate(perp_mechanism *m, perp__implicit *s, perp_mechanism_
 }
 
 perp_status perp__advance_implicit(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
-                                   const perp__start *from)
+                                   const perp_mechanism_start *from)
 {
     perp__implicit *s = m->implicit ? m->implicit : perp__work_create(m, sizeof *s, layout);
     perp__motion *answer = &m->answer;

@@ -28,9 +28,9 @@
 /* What the steps of the scheme keep. */
 struct perp__theta {
     PERP__WORK;
-    perp__start from;   /* of the step */
-    double *A, *factor; /* n by n: iteration matrix and its L, columns */
-    double *force;      /* n: k at the end, of the iterate */
+    perp_mechanism_start from; /* of the step */
+    double *A, *factor;        /* n by n: iteration matrix and its L, columns */
+    double *force;             /* n: k at the end, of the iterate */
     double *p, *last;   /* n: M v0 + h (theta k+ + (1 - theta) k), and that of the last iterate */
     double *v, *last_v; /* n: iterates */
     double *middle;     /* n: theta v+ + (1 - theta) v0 */
@@ -372,7 +372,7 @@ static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_ste
 }
 
 perp_status perp__advance_theta(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
-                                const perp__start *from)
+                                const perp_mechanism_start *from)
 {
     perp__theta *w = m->theta ? m->theta : perp__work_create(m, sizeof *w, layout);
     perp__velocity_problem problem;
