@@ -174,7 +174,7 @@ double perp__joint_block_solve(perp__joint_block *b, double share, double moment
         const double *of[2] = {y + 8 * b->body[2 * n], y + 8 * b->body[2 * n + 1]};
         double *x = b->x + b->lane[n];
 
-        if (b->lane[n] % PERP__NODE == 0)
+        if (momentum == 0.0 && b->lane[n] % PERP__NODE == 0) /* else nobody asks for it */
             least = PERP__ROUNDING_LIMIT *
                     sqrt(perp__dot(of[0], of[0], 6) + perp__dot(of[1], of[1], 6));
         *x += share * b->scale[n] * b->w[n];
