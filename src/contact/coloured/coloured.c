@@ -327,7 +327,7 @@ static void run_passes(job *at)
     /* 2. Rounds of passes; equations alone go as far as refinement does. */
     do {
         for (int32_t k = 0; k < c->part->step->passes && !ends; k++, passes++) {
-            if (passes > 0)
+            if (passes > 0 && c->points > 0)
                 keep_momentum(at);
             before = lack;
             run_pass(at, PERP__COLOURED_SWEEP, c->y);

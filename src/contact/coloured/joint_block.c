@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "base/rounding.h"
 #include "contact/tuning.h"
 #include "linalg/lanes/multiversion.h"
 #include "linalg/matrix.h"
@@ -164,24 +165,29 @@ PERP__MULTIVERSION(multiply, (perp__joint_block * b, const double *y), (b, y))
 
 double perp__joint_block_solve(perp__joint_block *b, double share, double momentum, double *y)
 {
-    double *e = b->error, largest = b->rows > 0 && !b->factored ? INFINITY : 0.0;
+    double *e = b->error, largest = 0.0, least = 0.0;
 
-    if (b->factored)
-        multiply(b, y);
-    for (int32_t n = 0; n < b->rows && b->factored; n++) {
-        b->x[b->lane[n]] += share * b->scale[n] * b->w[n];
-        largest = fabs(b->x[b->lane[n]]) > largest ? fabs(b->x[b->lane[n]]) : largest;
+    if (!b->factored)
+        return b->rows > 0 ? INFINITY : 0.0;
+    multiply(b, y);
+    for (int32_t n = 0; n < b->rows; n++) {
+        const double *of[2] = {y + 8 * b->body[2 * n], y + 8 * b->body[2 * n + 1]};
+        double *x = b->x + b->lane[n];
+
+        if (momentum == 0.0 && b->lane[n] % PERP__NODE == 0) /* else nobody asks for it */
+            least = PERP__ROUNDING_LIMIT *
+                    sqrt(perp__dot(of[0], of[0], 6) + perp__dot(of[1], of[1], 6));
+        *x += share * b->scale[n] * b->w[n];
+        largest = fabs(*x) > fmax(largest, least) ? fabs(*x) : largest;
     }
-    if (b->factored)
-        perp__joint_factor_solve(&b->factor, b->x);
+    perp__joint_factor_solve(&b->factor, b->x);
     for (int32_t n = 0; n < b->rows; n++) {
         const double now = b->r[n];
 
-        e[n] = b->factored ? b->scale[n] * b->x[b->lane[n]] : 0.0;
+        e[n] = b->scale[n] * b->x[b->lane[n]];
         b->r[n] = now + momentum * (now - b->last[n]) - e[n];
         b->last[n] = now;
     }
-    if (b->factored)
-        push(b, -1.0, e, y);
+    push(b, -1.0, e, y);
     return largest;
 }

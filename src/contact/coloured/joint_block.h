@@ -49,8 +49,8 @@ void perp__joint_block_release(perp__joint_block *block);
 void perp__joint_block_add(const perp__joint_block *block, double *y);
 
 /* y meets P y + share w = 0; r goes on by `momentum` of its last change, as y did already, and by
- * what that takes. Returns the largest that a row of a unit diagonal lacked: infinity where K has
- * no factors. */
+ * what that takes. Returns the largest that a unit row lacked, but for rounding beside its bodies'
+ * y: infinity where K has no factors. */
 double perp__joint_block_solve(perp__joint_block *block, double share, double momentum, double *y);
 
 #endif

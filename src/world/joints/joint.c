@@ -88,13 +88,6 @@ static perp_status check_most(const perp_world *world, int32_t kind, const char 
     return PERP_OK;
 }
 
-static perp_status check_motor(const perp_world *world, int32_t kind, double speed, double force)
-{
-    perp_status status = perp__check_finite(world->context, "motor_speed", &speed, 1);
-
-    return status == PERP_OK ? check_most(world, kind, "motor_force", force) : status;
-}
-
 /* Checks the axis, and gives what joints without one of their own are described in. */
 static perp_status read_axis(const perp_world *world, const perp_joint_settings *settings,
                              double *axis)
@@ -136,7 +129,9 @@ static perp_status check_settings(const perp_world *world, const perp_joint_sett
         status = perp__check_vector3(world, "settings.anchor_b", settings->anchor_b);
     PERP__THEN(status, perp__check_finite(world->context, "settings.pitch", &settings->pitch, 1));
     PERP__THEN(status, check_limits(world, kind, settings->lower, settings->upper));
-    PERP__THEN(status, check_motor(world, kind, settings->motor_speed, settings->motor_force));
+    PERP__THEN(status,
+               perp__check_finite(world->context, "motor_speed", &settings->motor_speed, 1));
+    PERP__THEN(status, check_most(world, kind, "motor_force", settings->motor_force));
     PERP__THEN(status, check_most(world, kind, "friction", settings->friction));
     return status;
 }
@@ -158,20 +153,20 @@ static perp_status check_bodies(const perp_world *world, int32_t slots[2], perp_
 
 /* ---- making one ---- */
 
-static void pose_of(const perp_world *world, const perp__state *state, perp__placement *pose)
-{
-    perp__copy3(pose->position, state->position);
-    perp__rotation_of(world, state, pose->rotation);
-}
-
 void perp__view_of_states(const perp_world *world, const perp__joint *joint,
-                          const perp__state *states, double before, perp__joint_view *view)
+                          const perp__state *states, double before, int32_t equations,
+                          perp__joint_view *view)
 {
     perp__placement places[2];
 
-    for (int32_t side = 0; side < 2; side++)
-        pose_of(world, &states[joint->body[side]], &places[side]);
-    perp__view_placed(world, joint, before, &places[0], &places[1], view);
+    view->coordinate = 0.0;
+    if (!equations && !perp__joint_has_coordinate(joint->kind))
+        return;
+    for (int32_t side = 0; side < 2; side++) {
+        perp__copy3(places[side].position, states[joint->body[side]].position);
+        perp__rotation_of(world, &states[joint->body[side]], places[side].rotation);
+    }
+    perp__view_placed(world, joint, before, places, equations, view);
 }
 
 /* Anchors and axes as the bodies see them. */
@@ -198,13 +193,14 @@ static void attach(const perp_world *world, perp__joint *joint, const perp_joint
     /* 2. in the frames of both bodies */
     for (int32_t side = 0; side < 2; side++) {
         const int32_t is_other = side == 1 && settings->kind == PERP_JOINT_DISTANCE;
-        perp__placement pose;
+        const perp__state *state = &world->states[joint->body[side]];
+        double R[9];
 
-        pose_of(world, &world->states[joint->body[side]], &pose);
-        perp__subtract3(arm, is_other ? settings->anchor_b : settings->anchor, pose.position);
-        perp__apply_transposed3(joint->anchors[side], pose.rotation, arm);
+        perp__rotation_of(world, state, R);
+        perp__subtract3(arm, is_other ? settings->anchor_b : settings->anchor, state->position);
+        perp__apply_transposed3(joint->anchors[side], R, arm);
         for (int32_t k = 0; k < 3; k++)
-            perp__apply_transposed3(joint->axes[side][k], pose.rotation, axes[k]);
+            perp__apply_transposed3(joint->axes[side][k], R, axes[k]);
     }
 }
 
@@ -220,25 +216,19 @@ int32_t perp__joint_works(const perp_world *world, int32_t i)
     return (a->awake && a->kind == PERP_BODY_DYNAMIC) || (b->awake && b->kind == PERP_BODY_DYNAMIC);
 }
 
-void perp__rouse_joined(perp_world *world, int32_t body)
-{
-    int32_t link = world->bodies[body].first_joint;
-
-    while (link != 0) {
-        const perp__joint *joint = &world->joints[(link - 1) / 2];
-        const int32_t other = joint->body[1 - (link - 1) % 2];
-
-        if (perp__is_dynamic(world, other))
-            perp__rouse(world, other);
-        link = joint->next[(link - 1) % 2];
-    }
-}
-
 static void rouse_both(perp_world *world, const perp__joint *joint)
 {
     for (int32_t side = 0; side < 2; side++)
         if (perp__is_dynamic(world, joint->body[side]))
             perp__rouse(world, joint->body[side]);
+}
+
+void perp__rouse_joined(perp_world *world, int32_t body)
+{
+    for (int32_t link = world->bodies[body].first_joint; link != 0;) {
+        rouse_both(world, &world->joints[(link - 1) / 2]);
+        link = world->joints[(link - 1) / 2].next[(link - 1) % 2];
+    }
 }
 
 /* Pairs of shapes come and go with what may touch. */
@@ -267,7 +257,7 @@ static perp_status read_length(const perp_world *world, const perp__joint *joint
 
     if (settings->kind != PERP_JOINT_DISTANCE)
         return PERP_OK;
-    perp__view_of_states(world, joint, world->states, 0.0, &view);
+    perp__view_of_states(world, joint, world->states, 0.0, 1, &view);
     if (settings->lower > -INFINITY || settings->upper < INFINITY)
         return check_direction(world, joint, settings->lower, &view);
     settings->lower = settings->upper = view.coordinate;
@@ -405,7 +395,7 @@ static perp_status get_joint(const perp_world *world, perp_joint_state *state, p
     laws = &world->joint_states[slot];
     copy = laws->last;
     copy.struct_size = sizeof copy;
-    perp__view_of_states(world, joint, world->states, laws->coordinate, &view);
+    perp__view_of_states(world, joint, world->states, laws->coordinate, 1, &view);
     copy.position = view.coordinate;
     copy.speed = 0.0;
     for (int32_t side = 0; side < 2; side++) {
@@ -455,10 +445,11 @@ static perp_status set_law(perp_world *world, perp_joint id, law which, double a
     } else {
         laws.friction = a;
     }
-    perp__view_of_states(world, joint, world->states, laws.coordinate, &view);
+    perp__view_of_states(world, joint, world->states, laws.coordinate, 1, &view);
     status = check_limits(world, joint->kind, laws.lower, laws.upper);
     PERP__THEN(status, check_direction(world, joint, laws.lower, &view));
-    PERP__THEN(status, check_motor(world, joint->kind, laws.speed, laws.force));
+    PERP__THEN(status, perp__check_finite(world->context, "motor_speed", &laws.speed, 1));
+    PERP__THEN(status, check_most(world, joint->kind, "motor_force", laws.force));
     PERP__THEN(status, check_most(world, joint->kind, "friction", laws.friction));
     if (status != PERP_OK)
         return status;

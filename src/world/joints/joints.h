@@ -19,7 +19,8 @@ void perp__rouse_joined(perp_world *world, int32_t body);
 /* Whether the joint in a slot takes part in steps: one of its bodies is awake. */
 int32_t perp__joint_works(const perp_world *world, int32_t i);
 void perp__view_of_states(const perp_world *world, const perp__joint *joint,
-                          const perp__state *states, double before, perp__joint_view *view);
+                          const perp__state *states, double before, int32_t equations,
+                          perp__joint_view *view);
 
 static inline perp__joint *perp__island_joint(const perp_world *world, const perp__island *island,
                                               int32_t i)
@@ -31,12 +32,13 @@ static inline perp__joint_state *perp__state_of(const perp_world *world, const p
     return &world->joint_states[joint - world->joints];
 }
 
-/* rows.c: before: the coordinate of a moment before, from which turns are counted. */
+/* rows.c: before: the coordinate of a moment before, from which turns are counted; without its
+ * equations where the coordinate is all that is asked for. */
 void perp__view_joint(const perp_world *world, const perp__joint *joint, double before,
-                      const perp__path *const paths[2], perp__joint_view *view);
+                      const perp__path *const paths[2], int32_t equations, perp__joint_view *view);
 /* The same where both bodies are. */
 void perp__view_placed(const perp_world *world, const perp__joint *joint, double before,
-                       const perp__placement *a, const perp__placement *b, perp__joint_view *view);
+                       const perp__placement places[2], int32_t equations, perp__joint_view *view);
 int32_t perp__joint_has_coordinate(int32_t kind);
 /* Whether the first three equations are along the axes of space. */
 int32_t perp__has_space_axes(int32_t kind);
@@ -84,7 +86,7 @@ void perp__stop_trial(perp_world *world, const perp__island *island);
 int32_t perp__is_rough(const perp__rounds *rounds);
 
 /* swing.c */
-/* Whether nothing but joints acts on the rows at hand, and nothing drives them. */
+/* Whether nothing but joints acts, no limit is reached, and nothing drives them. */
 int32_t perp__swings(const perp_world *world, const perp__island *island);
 /* The mean of both ends' velocities, as bodies see it: of `now` and `v`. */
 void perp__mean_of_ends(perp_world *world, const perp__island *island);

@@ -31,7 +31,7 @@ static double error_of(const perp_world *world, perp__joint *joint)
     perp__joint_view *view = &joint->end;
     double sum = 0.0, excess;
 
-    perp__view_of_states(world, joint, world->next, state->coordinate, view);
+    perp__view_of_states(world, joint, world->next, state->coordinate, 1, view);
     joint->allowed = tolerance_of(view, allowed, 1);
     for (int32_t k = 0; k < view->count; k++) {
         const int32_t is_length = perp__is_length(world, joint, k);
@@ -196,7 +196,7 @@ static int32_t are_on_joints(const perp_world *world, const perp__island *island
         const perp__joint_view *view = &joint->end;
 
         if (states != world->next) {
-            perp__view_of_states(world, joint, states, 0.0, &begin);
+            perp__view_of_states(world, joint, states, 0.0, 1, &begin);
             view = &begin;
         }
         for (int32_t k = 0; k < PERP__SLOT_LOWER; k++) {
@@ -236,8 +236,8 @@ static double work_of_motors(const perp_world *world, const perp__island *island
             continue;
         if (state->force == INFINITY)
             return INFINITY;
-        perp__view_of_states(world, joint, world->states, 0.0, &begin);
-        perp__view_of_states(world, joint, world->next, 0.0, &end);
+        perp__view_of_states(world, joint, world->states, 0.0, 0, &begin);
+        perp__view_of_states(world, joint, world->next, 0.0, 0, &end);
         sum += world->step_length * state->force *
                fmax(fabs(rate_of(world, joint, world->states, &begin, PERP__JOINT_ROWS, 0)),
                     fabs(rate_of(world, joint, world->next, &end, PERP__JOINT_ROWS, 0)));

@@ -203,7 +203,7 @@ static double place_side(const perp__joint *joint, int32_t side, const perp__pat
 }
 
 void perp__view_joint(const perp_world *world, const perp__joint *joint, double before,
-                      const perp__path *const paths[2], perp__joint_view *view)
+                      const perp__path *const paths[2], int32_t equations, perp__joint_view *view)
 {
     const int8_t *codes = (world->settings.planar ? planar_kinds : kinds)[joint->kind];
     pair_of_poses at;
@@ -215,23 +215,23 @@ void perp__view_joint(const perp_world *world, const perp__joint *joint, double 
     memcpy(view->mean, paths[1]->mean, sizeof view->mean);
     perp__subtract3(at.d, at.p[1], at.p[0]);
     view->coordinate = coordinate_row(joint, &at, before, view);
-    for (i = 0; codes[i] != END; i++)
+    for (i = 0; equations && codes[i] != END; i++)
         view->error[i] = equation(joint, &at, codes[i], view, view->rows[i]);
     view->count = i;
 }
 
 void perp__view_placed(const perp_world *world, const perp__joint *joint, double before,
-                       const perp__placement *a, const perp__placement *b, perp__joint_view *view)
+                       const perp__placement places[2], int32_t equations, perp__joint_view *view)
 {
     perp__path paths[2];
 
-    paths[0].to = *a;
-    paths[1].to = *b;
+    paths[0].to = places[0];
+    paths[1].to = places[1];
     paths[0].stays = paths[1].stays = 1;
     memset(paths[1].mean, 0, sizeof paths[1].mean);
     paths[1].mean[0] = paths[1].mean[4] = paths[1].mean[8] = 1.0;
     perp__view_joint(world, joint, before, (const perp__path *const[2]){&paths[0], &paths[1]},
-                     view);
+                     equations, view);
 }
 
 /* Of translations: their errors are lengths; those of turning are angles. */

@@ -305,7 +305,7 @@ static void read_state(const perp_world *world, const perp__joint *joint, perp__
     perp_joint_state *last = &state->last;
     perp__joint_view view;
 
-    perp__view_of_states(world, joint, world->states, state->coordinate, &view);
+    perp__view_of_states(world, joint, world->states, state->coordinate, 0, &view);
     state->coordinate = view.coordinate;
     memcpy(state->warm, joint->next_warm, sizeof state->warm);
     memset(last, 0, sizeof *last);
@@ -334,7 +334,7 @@ perp_status perp__check_joints(const perp_world *world)
             place = fmax(place, fmax(perp__largest3(world->next[joint->body[side]].position),
                                      perp__largest3(joint->anchors[side])));
         if (!(place < FAR)) /* else it has one */
-            perp__view_of_states(world, joint, world->next, 0.0, &view);
+            perp__view_of_states(world, joint, world->next, 0.0, 0, &view);
         if (!isfinite(view.coordinate) || !perp__is_finite3(joint->told[0]) ||
             !perp__is_finite3(joint->told[1]))
             status = perp__fail(world->context, PERP_ERROR_NOT_FINITE,

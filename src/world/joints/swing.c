@@ -9,14 +9,16 @@
 
 int32_t perp__swings(const perp_world *world, const perp__island *island)
 {
-    const perp__island_work *work = &world->work;
+    int32_t swings = island->joints > 0 && island->contacts == 0;
 
-    if (island->joints == 0 || island->contacts > 0 || work->inequalities > 0)
-        return 0;
-    for (int32_t i = 0; i < work->units; i++)
-        if (work->joint_units[i].slot >= PERP__SLOT_MOTOR)
-            return 0;
-    return 1;
+    for (int32_t i = 0; i < island->joints && swings; i++) {
+        const perp__joint *joint = perp__island_joint(world, island, i);
+        const perp__joint_state *state = perp__state_of(world, joint);
+
+        swings = perp__is_locked(state) || (!joint->reached[0] && !joint->reached[1] &&
+                                            state->force == 0.0 && state->friction == 0.0);
+    }
+    return swings;
 }
 
 perp_status perp__solve_equations(perp_world *world, const perp__island *island, int32_t most,

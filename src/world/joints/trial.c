@@ -144,16 +144,19 @@ static void turn_mass(perp_world *world, int32_t body, double t)
     perp__coordinates_of(world, gain, work->gain + n * i);
 }
 
-/* At a time along the trial motion. */
-static void view_there(const perp_world *world, const perp__joint *joint, double t,
-                       perp__joint_view *view)
+/* A joint that has limits, but for its equations, at a time along the trial motion. */
+static int32_t view_there(const perp_world *world, const perp__joint *joint, double t,
+                          perp__joint_view *view)
 {
+    const perp__joint_state *state = perp__state_of(world, joint);
     perp__placement places[2];
 
+    if (!(state->lower > -INFINITY || state->upper < INFINITY))
+        return 0;
     for (int32_t side = 0; side < 2; side++)
         pose_along(world, joint->body[side], t, &places[side]);
-    perp__view_placed(world, joint, perp__state_of(world, joint)->coordinate, &places[0],
-                      &places[1], view);
+    perp__view_placed(world, joint, state->coordinate, places, 0, view);
+    return 1;
 }
 
 void perp__find_paths(perp_world *world, const perp__island *island, double t)
@@ -211,7 +214,7 @@ static void view_beside_contacts(const perp_world *world, perp__joint *joint,
         perp__add3(there[1].position, -1.0, seen);
 
         /* 2. rows there, in axes that turn as both do */
-        perp__view_placed(world, joint, before, &there[0], &there[1], view);
+        perp__view_placed(world, joint, before, there, 1, view);
         for (int32_t i = 0; i < 3; i++)
             seen[i] = 0.5 * t * k * common[i];
         perp__turn_matrix(turn, seen);
@@ -249,7 +252,8 @@ static int32_t goes_on(const perp_world *world, int32_t body)
 
 void perp__place_joints(perp_world *world, const perp__island *island, double t)
 {
-    const int32_t whole = t == world->step_length && world->work.gone == 0.0;
+    const int32_t swings = perp__swings(world, island) && world->work.carriers == 0;
+    const int32_t whole = t == world->step_length && world->work.gone == 0.0 && !swings;
     const int32_t beside = island->contacts > 0 ? 2 : 1;
 
     world->work.span = t;
@@ -282,18 +286,18 @@ void perp__place_joints(perp_world *world, const perp__island *island, double t)
         memset(joint->turning, 0, sizeof joint->turning);
         stays = paths[0]->stays && paths[1]->stays;
         if (stays || island->contacts == 0)
-            perp__view_joint(world, joint, perp__state_of(world, joint)->coordinate, paths,
+            perp__view_joint(world, joint, perp__state_of(world, joint)->coordinate, paths, 1,
                              &joint->middle);
-        if (stays)
+        if (stays || swings)
             continue;
 
         /* 2. what their change till the end makes of the trial motion's last velocity, if it is
-         * more than rounding; of what stays there is none */
+         * more than rounding; of what stays there is none, and what swings does not ask */
         if (island->contacts > 0)
             view_beside_contacts(world, joint, paths, t, &end);
         else
-            perp__view_placed(world, joint, perp__state_of(world, joint)->coordinate, &paths[0]->to,
-                              &paths[1]->to, &end);
+            perp__view_placed(world, joint, perp__state_of(world, joint)->coordinate,
+                              (const perp__placement[2]){paths[0]->to, paths[1]->to}, 1, &end);
         const double length = fmax(end.size, fabs(end.coordinate));
         const double unsure = length > 0.0 ? end.rounding / length : 0.0;
 
@@ -368,13 +372,6 @@ void perp__begin_joints(perp_world *world, const perp__island *island, double h,
     }
 }
 
-static int32_t is_limited(const perp_world *world, const perp__joint *joint)
-{
-    const perp__joint_state *state = perp__state_of(world, joint);
-
-    return state->lower > -INFINITY || state->upper < INFINITY;
-}
-
 void perp__find_limits(perp_world *world, const perp__island *island, double ahead)
 {
     for (int32_t i = 0; i < island->joints; i++) {
@@ -384,9 +381,8 @@ void perp__find_limits(perp_world *world, const perp__island *island, double ahe
         perp__joint_view view;
 
         joint->reached[0] = joint->reached[1] = 0;
-        if (!is_limited(world, joint))
+        if (!view_there(world, joint, 0.0, &view))
             continue;
-        view_there(world, joint, 0.0, &view);
         for (int32_t side = 0; side < 2; side++) {
             double now[6];
 
@@ -421,9 +417,8 @@ static int32_t reach_limits(perp_world *world, const perp__island *island, doubl
         perp__joint *joint = perp__island_joint(world, island, i);
         perp__joint_view end;
 
-        if (!is_limited(world, joint))
+        if (!view_there(world, joint, t, &end))
             continue;
-        view_there(world, joint, t, &end);
         for (int32_t which = 0; which < 2; which++)
             if (gap_of(perp__state_of(world, joint), &end, which) < 0.0 && !joint->reached[which])
                 came += joint->reached[which] = 1;
@@ -477,7 +472,7 @@ static void choose_trial(const perp_world *world, const perp__island *island, in
     }
 }
 
-/* What trials missed and the last round led to; by how much that differs. */
+/* What trials missed and the last round led to; by how much that differs, if not by rounding. */
 static void measure_change(const perp_world *world, const perp__island *island, double t,
                            perp__rounds *rounds)
 {
@@ -495,6 +490,9 @@ static void measure_change(const perp_world *world, const perp__island *island, 
     for (int32_t i = 0; i < island->bodies; i++, missed += 6, found += 12) {
         perp__motion *motion = perp__island_motion(world, island, i);
         const double radius = world->bodies[work->members[i]].radius;
+        const double rounding = PERP__SUM_ROUNDING * t *
+                                (perp__length3(motion->trial + 3) +
+                                 (radius > 0.0 ? perp__length3(motion->trial) / radius : 0.0));
 
         perp__twist_of(world, work->moving + world->dof * i, found);
         perp__twist_of(world, work->v + world->dof * i, found + 6);
@@ -502,7 +500,8 @@ static void measure_change(const perp_world *world, const perp__island *island, 
             missed[k] = t * (found[k] - motion->trial[k] - common[k]);
             if (k < 3 && radius > 0.0)
                 missed[k] /= radius;
-            perp__raise_to(k < 3 ? &rounds->change : &rounds->swerve, fabs(missed[k]));
+            if (fabs(missed[k]) > rounding)
+                perp__raise_to(k < 3 ? &rounds->change : &rounds->swerve, fabs(missed[k]));
         }
         memcpy(motion->trial, found, sizeof motion->trial);
         memcpy(motion->last, found + 6, sizeof motion->last);
