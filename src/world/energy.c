@@ -8,8 +8,11 @@ static void spin_of(const perp_world *world, int32_t i, const perp__state *state
 {
     double R[9], w[3], Iw[3];
 
+    perp__copy3(spin, state->angular_velocity);
+    if (perp__is_zero3(spin))
+        return;
     perp__rotation_of(world, state, R);
-    perp__apply_transposed3(w, R, state->angular_velocity);
+    perp__apply_transposed3(w, R, spin);
     perp__apply3(Iw, world->bodies[i].inertia, w);
     perp__apply3(spin, R, Iw);
 }

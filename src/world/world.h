@@ -153,22 +153,22 @@ typedef struct perp__shape {
 /* How the solve of a body's island went: flags, but for counts and numbers that say so. */
 typedef struct perp__verdict {
     perp_outcome outcome;
-    int32_t stages;   /* count of intervals that were solved; 0: nothing to solve */
-    int32_t impacts;  /* count of instants with impacts */
-    int32_t swept;    /* solved by sweeps, which also took out overlap */
-    int32_t is_first; /* of the island's first body */
-    int32_t jointed;  /* has joints, */
-    int32_t swings;   /* and was solved by these alone: joints/swing.c */
-    int32_t rough;    /* it turns too far in an interval: the step is to be divided */
-    int32_t coarse;   /* joint rows are those of the start, as it turns too far */
-    int32_t endless;  /* count of contacts that are not finite */
-    int32_t asked;    /* count of rows for which statics last said: cannot stand */
-    int32_t sketched; /* swept to see what meets, at a level that asks for more */
-    int32_t in_vain;  /* all methods failed in some interval of this step */
-    int32_t stands;   /* statics found it at rest on its carrier (islands/carried.c) */
-    int32_t rides;    /* it stands, and moves with a kinematic body */
-    int32_t may_rest; /* swept at nearly no velocity; statics has not found rest */
-    double turn;      /* largest rotation of a body in radians: joints/trial.c */
+    int32_t stages;        /* count of intervals that were solved; 0: nothing to solve */
+    int32_t impacts;       /* count of instants with impacts */
+    int32_t swept;         /* solved by sweeps, which also took out overlap */
+    int32_t is_first;      /* of the island's first body */
+    int32_t jointed;       /* has joints, */
+    int32_t swings;        /* and was solved by these alone: joints/swing.c */
+    int32_t rough;         /* it turns too far in an interval: the step is to be divided */
+    int32_t coarse;        /* joint rows are those of the start, as it turns too far */
+    int32_t endless;       /* count of contacts that are not finite */
+    int32_t asked;         /* count of rows for which statics last said: cannot stand */
+    int32_t sketched;      /* swept to see what meets, at a level that asks for more */
+    int32_t in_vain;       /* all methods failed in some interval of this step */
+    int32_t stands, moves; /* statics found it at rest on its carrier; it begins otherwise */
+    int32_t rides;         /* it stands, and moves with a kinematic body */
+    int32_t may_rest;      /* swept at nearly no velocity; statics has not found rest */
+    double turn;           /* largest rotation of a body in radians: joints/trial.c */
     double residual;
     double drive; /* of sweeps: velocity that `residual` is relative to; 0: not swept */
 } perp__verdict;

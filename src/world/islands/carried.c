@@ -305,8 +305,8 @@ perp_status perp__lie_still(perp_world *world, const perp__island *island, int32
     perp__carrying carrying;
     double left;
 
-    if ((world->settings.cone != 0 && !world->settings.planar) ||
-        !perp__begins_standing(world, island, 0, &carrying) || carrying.parts)
+    verdict->moves = !perp__begins_standing(world, island, 0, &carrying);
+    if ((world->settings.cone != 0 && !world->settings.planar) || verdict->moves || carrying.parts)
         return PERP_OK;
     left = last_unbalance(world, island, &carrying, swept);
     if (!(left <= PERP__BALANCED))

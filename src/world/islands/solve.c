@@ -97,15 +97,14 @@ static perp_status solve_island(perp_world *world, int32_t number, double h, per
                                 int32_t *waits)
 {
     const perp__island *island = &world->islands[number];
-    const perp__verdict before = {.asked = verdict->asked,
-                                  .in_vain = verdict->in_vain,
-                                  .jointed = island->joints > 0,
-                                  .coarse = verdict->coarse,
-                                  .turn = verdict->turn};
+    perp__verdict before = {.asked = verdict->asked,
+                            .in_vain = verdict->in_vain,
+                            .jointed = island->joints > 0,
+                            .coarse = verdict->coarse,
+                            .turn = verdict->turn};
     const int32_t exact = perp__is_worth_exact(world, island);
     const int32_t known = exact && verdict->jointed && verdict->impacts == 0;
     const int32_t swept = verdict->sketched && !world->sketches; /* to no answer */
-    perp__carrying carrying;
     perp_status status = PERP_OK;
 
     if (island->joints > 0 && !verdict->jointed)
@@ -117,7 +116,8 @@ static perp_status solve_island(perp_world *world, int32_t number, double h, per
         status = perp__lie_still(world, island, !exact, verdict);
         if (status != PERP_OK || verdict->stands)
             return status;
-        if (!closes(world, island, h) && !perp__begins_standing(world, island, 0, &carrying)) {
+        before.moves = verdict->moves;
+        if (verdict->moves && !closes(world, island, h)) {
             leave_alone(world, island);
             return PERP_OK;
         }

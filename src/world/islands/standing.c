@@ -392,7 +392,7 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
     const int32_t *size = &work->stand_rows.size;
     perp__statics *statics;
     perp__carrying begun;
-    const int32_t begins = perp__begins_standing(world, island, 0, &begun);
+    const int32_t begins = !verdict->moves && perp__begins_standing(world, island, 0, &begun);
     perp_status status;
 
     verdict->stands = 0;

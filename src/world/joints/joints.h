@@ -94,9 +94,6 @@ void perp__mean_of_ends(perp_world *world, const perp__island *island);
 perp_status perp__swing(perp_world *world, const perp__island *island, perp__verdict *verdict);
 void perp__end_swing(perp_world *world, const perp__island *island, double t,
                      perp__verdict *verdict);
-/* What its velocities are worth: those in which nothing moves are 0 then. */
-void perp__check_equations(perp_world *world, const perp__island *island, double tested,
-                           perp__verdict *verdict);
 
 /* work.v := the velocities next to work.free, in the metric of M, that meet all units at hand,
  * which are equations but for contacts that closing holds; work.impulse: their impulses. The first

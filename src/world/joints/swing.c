@@ -68,8 +68,8 @@ void perp__mean_of_ends(perp_world *world, const perp__island *island)
 
 /* What the velocities are worth. What hangs still is pinned by nothing along its way: they are 0
  * where all are no more than the rounding of what they are made of. */
-void perp__check_equations(perp_world *world, const perp__island *island, double tested,
-                           perp__verdict *verdict)
+static void check_equations(perp_world *world, const perp__island *island, double tested,
+                            perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
     int32_t still = work->carriers == 0;
@@ -104,7 +104,7 @@ perp_status perp__swing(perp_world *world, const perp__island *island, perp__ver
                 perp__row_velocity(world, u, k, work->solved, island->bodies, 1);
     status = perp__solve_equations(world, island, PERP__REFINED, &tested);
     if (status == PERP_OK)
-        perp__check_equations(world, island, tested, verdict);
+        check_equations(world, island, tested, verdict);
     return status;
 }
 
@@ -319,6 +319,6 @@ perp_status perp__solve_bounds(perp_world *world, const perp__island *island,
     if (!*found || status != PERP_OK)
         return status;
     memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
-    perp__check_equations(world, island, tested, verdict);
+    check_equations(world, island, tested, verdict);
     return PERP_OK;
 }
