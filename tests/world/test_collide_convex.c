@@ -464,7 +464,7 @@ static void try_meeting(body *a, body *b, int planar, uint64_t *state, int *met)
     if (distance(a, b) - radius < 1e-3)
         return;
     const perp__moving from = moving(a, (const double[3]){0.0, 0.0, 0.0}), to = moving(b, way);
-    const int32_t meets = perp__find_collision(&from, &to, planar, &near, &collision);
+    const int32_t meets = perp__find_collision(&from, &to, planar, &near, &collision) > 0;
     const double end = meets ? collision.time : 1.0;
     double last = 0.0;
     *met += meets;

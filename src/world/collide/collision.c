@@ -266,10 +266,14 @@ static double find_closing(course *on, double open, double closed)
 }
 
 /* Looks at the axes of the start, sets their gates; whether a face keeps shapes apart all along. */
-static int32_t set_out(course *on)
+static int32_t set_out(course *on, const perp__moving *a, const perp__moving *b, int32_t planar,
+                       const perp__touch_tolerance *tolerance)
 {
-    const perp__touch_tolerance *tolerance = on->tolerance;
-    if (!axes_at(on, 0.0, perp__relative_displacement(on->a, on->b) + tolerance->touching))
+    on->a = a;
+    on->b = b;
+    on->tolerance = tolerance;
+    on->planar = planar;
+    if (!axes_at(on, 0.0, perp__relative_displacement(a, b) + tolerance->touching))
         return 1;
     for (int32_t k = on->axes.count; k < PERP__BOX_AXES; k++) /* edges that are parallel now */
         on->gate[k] = on->bare[k] = 0.0;
@@ -277,7 +281,7 @@ static int32_t set_out(course *on)
         on->gate[k] = gate_of(on->axes.axis[k].separation, tolerance, tolerance->grazing);
         on->bare[k] = gate_of(on->axes.axis[k].separation, tolerance, 0.0);
     }
-    on->last = perp__last_to_close(on->a->start, on->b->start, &on->axes, on->gate);
+    on->last = perp__last_to_close(a->start, b->start, &on->axes, on->gate);
     return 0;
 }
 
@@ -314,19 +318,15 @@ int32_t perp__find_collision(const perp__moving *a, const perp__moving *b, int32
     const double still_share =
         perp__are_boxes(a->start, b->start, planar) ? PERP__NEGLIGIBLE : 4.0 * DBL_EPSILON;
     double t = 0.0, lacks = -INFINITY, due = INFINITY, free = 0.0;
-    int32_t met = 0, ends;
+    int32_t met = 0, ends, look;
     double between[3], bend; /* half of what the rate of a separation may change by in the step */
     course on;               /* large: what is not used stays as it is */
     perp__subtract3(between, b->start->position, a->start->position);
     bend =
         angle * (displacement + 0.5 * angle * (sum(between) + a->reach + b->reach + displacement));
-    on.a = a;
-    on.b = b;
-    on.tolerance = tolerance;
-    on.planar = planar;
     on.turning = angle > 0.0;
-    ends = set_out(&on);
-    for (int look = 0; look < PERP__MAX_LOOKS && t < 1.0 && !met && !ends; look++) {
+    ends = set_out(&on, a, b, planar, tolerance);
+    for (look = 0; look < PERP__MAX_LOOKS && t < 1.0 && !met && !ends; look++) {
         const double last = t, before = lacks;
         const int32_t axis = on.last;
 
@@ -367,5 +367,5 @@ int32_t perp__find_collision(const perp__moving *a, const perp__moving *b, int32
     }
     if (met)
         set_collision(&on, t, collision);
-    return met;
+    return met ? 1 : look == PERP__MAX_LOOKS && t < 1.0 ? -1 : 0;
 }

@@ -46,7 +46,7 @@ int32_t perp__touch_plainly(const perp__moving *a, const perp__moving *b, int32_
                             const perp__touch_tolerance *tolerance, const struct perp__axes *axes,
                             perp__collision *collision);
 
-/* Whether the motion makes shapes meet that do not touch plainly. */
+/* Whether the motion makes shapes meet that do not touch plainly; -1: the looks end before it. */
 int32_t perp__find_collision(const perp__moving *a, const perp__moving *b, int32_t planar,
                              const perp__touch_tolerance *tolerance, perp__collision *collision);
 

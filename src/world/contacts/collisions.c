@@ -468,11 +468,11 @@ int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h)
     /* 1. other shapes than half-spaces */
     if (!pair->plane) {
         met = perp__find_collision(&e.a, &e.b, planar, &e.tolerance, &pair->collision);
-        if (met && begin_at_rest(&e)) {
+        if (met > 0 && begin_at_rest(&e)) {
             (void)perp__axes_of(e.a.start, e.b.start, planar, INFINITY, &axes);
             meet_at_rest(&e, pair, &axes);
         }
-        return met;
+        return met > 0;
     }
     /* 2. whether the motion ends in a half-space, with the points of the start */
     perp__moved(&e.a, 1.0, &a);
@@ -488,7 +488,7 @@ int32_t perp__pair_meets(const perp_world *world, const perp__pair *pair, double
     encounter e;
 
     begin_encounter(&e, world, pair, h, NULL);
-    return perp__find_collision(&e.a, &e.b, world->settings.planar, &e.tolerance, &collision);
+    return perp__find_collision(&e.a, &e.b, world->settings.planar, &e.tolerance, &collision) != 0;
 }
 
 /* Shapes in each other: along which axis least, and by how much; that axis' separation is more
