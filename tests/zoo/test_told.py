@@ -27,9 +27,9 @@ LEVELS = ("fast", "standard", "accurate", "exact")
 CONTACTS = 1e-8
 # What comes to rest stops at once where rounding is all the energy it has: at 2e-7 m/s, of g h.
 STOPS = 1e-5
-# Energy that is taken back beside joints is told by nothing: of 10,640 steps beside joints six miss more
-# than JOINTS, none more than WORST. The car gives nothing back.
-JOINTS, WORST = 0.01, 0.07
+# Energy that is taken back beside joints is told by nothing: all velocities of an island lose one
+# ratio. Of 29,215 steps 13 miss more than JOINTS, at most MANY of a run, none more than WORST.
+JOINTS, WORST, MANY = 0.01, 0.12, 3
 
 
 def dominoes(world: perp.World, random: np.random.Generator) -> list[perp.Body]:
@@ -202,7 +202,7 @@ def pushed(world: perp.World, random: np.random.Generator) -> list[perp.Body]:
 
 
 CLASSES = (dominoes, stack, figures, bridge, car, chain, seesaw, plates, pushed)
-MEMBERS = {dominoes: range(6), stack: range(6), plates: range(8, 14)}
+MEMBERS = {dominoes: range(6), stack: range(6), plates: range(8, 14), bridge: (0, 1, 14, 15)}
 
 
 def spins(bodies: list[perp.Body]) -> np.ndarray:
@@ -214,7 +214,8 @@ def spins(bodies: list[perp.Body]) -> np.ndarray:
 
 def run(build, seed: int, level: str, time: float):  # type: ignore[no-untyped-def]
     """Of each step and body: what is missing of its momentum and of its angular momentum, beside
-    the sum of the sizes of the terms of it, and how far it turned."""
+    the sum of the sizes of the terms of it, and how far it turned. Then how much of momentum is
+    missing if bodies may have lost that ratio of velocity which the one that misses most has."""
     random = np.random.default_rng(seed)
     world = perp.World(friction=random.uniform(0.2, 0.8), accuracy=level)
     world.ground.add_plane((0, 0, 1))
@@ -254,8 +255,12 @@ def run(build, seed: int, level: str, time: float):  # type: ignore[no-untyped-d
                 turns[k] += np.linalg.norm(moment) + np.linalg.norm(about_it)
         w = h * np.maximum(np.linalg.norm(w, axis=1), [np.linalg.norm(body.angular_velocity)
                                                       for body in bodies])
-        yield (step, result, np.linalg.norm(push, axis=1) / sizes,
-               np.linalg.norm(turn, axis=1) / np.maximum(turns, 1e-300), w)
+        linear, has = np.linalg.norm(push, axis=1) / sizes, mass[:, None] * (v + gain)
+        worst = linear.argmax()
+        ratio = push[worst] @ has[worst] / max(has[worst] @ has[worst], 1e-300)
+        beside = np.minimum(linear, np.linalg.norm(push - ratio * has, axis=1) / sizes)
+        yield (step, result, linear, np.linalg.norm(turn, axis=1) / np.maximum(turns, 1e-300), w,
+               beside.max())
     world.close()
 
 
@@ -268,11 +273,14 @@ def test_momentum_is_what_is_told(build, level: str) -> None:  # type: ignore[no
     boxes that roll 4e-4, as these paid for ways out of overlap, not the turn that led into it."""
     for seed in MEMBERS.get(build, range(2)):
         time = 1.5 if build is pushed else 0.8
-        lacks = sorted(linear.max() for _, _, linear, _, _ in run(build, seed, level, time))
+        steps = [(linear.max(), beside) for _, _, linear, _, _, beside in
+                 run(build, seed, level, time)]
+        worst, many = max(steps)[0], [beside for lacks, beside in steps if lacks > JOINTS]
         if build in (dominoes, stack, car, plates, pushed):
-            assert lacks[-1] <= (STOPS if build is plates else CONTACTS), (seed, lacks[-1])
+            assert worst <= (STOPS if build is plates else CONTACTS), (seed, worst)
         else:
-            assert lacks[-2] <= JOINTS and lacks[-1] <= WORST, (seed, lacks[-2:])
+            assert worst <= WORST and len(many) <= MANY, (seed, worst, len(many))
+            assert max(many, default=0) <= CONTACTS, (seed, max(many))
 
 
 def table(seeds: int) -> None:
@@ -283,7 +291,7 @@ def table(seeds: int) -> None:
             worst, angular, over, count, where, calm = 0.0, 0.0, 0, 0, "", 0.0
             per = 0.0
             for seed in range(seeds):
-                for step, result, p, a, w in run(build, seed, level, 0.8):
+                for step, result, p, a, w, _ in run(build, seed, level, 0.8):
                     count += 1
                     over += p.max() > limits[level]
                     if p.max() > worst:
