@@ -2,7 +2,6 @@
  * what P takes away where it is not, with |r - d| - |r| = (|d|^2 - 2 r.d) / (|r - d| + |r|). */
 #include "contact/law.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 

@@ -1,7 +1,6 @@
 /* The front door: scales, chooses, runs, recomputes every residual, polishes, falls through. */
 #include "lcp/lcp.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 

@@ -4,7 +4,6 @@
 #ifndef PERP_LINALG_BLAS_H
 #define PERP_LINALG_BLAS_H
 
-#include <stddef.h>
 #include <stdint.h>
 
 /* C := C - A B; A is m by k, B is k by n. */

@@ -1,5 +1,4 @@
 /* Jacobians by differences of F, within the bounds and around holes of its domain. */
-#include <float.h>
 #include <math.h>
 #include <string.h>
 

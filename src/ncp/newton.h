@@ -3,8 +3,6 @@
 #ifndef PERP_NCP_NEWTON_H
 #define PERP_NCP_NEWTON_H
 
-#include <float.h>
-
 #include <perp/lcp.h>
 
 #include "lcp/fischer/newton.h"

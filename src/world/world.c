@@ -3,7 +3,6 @@
 #include "base/context.h"
 #include "contact/contact.h"
 #include "world/islands/lanes.h"
-#include "world/joints/joints.h"
 
 #define STANDARD_GRAVITY 9.81
 

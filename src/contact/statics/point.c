@@ -7,9 +7,7 @@
 
 #include "base/outcome.h"
 #include "contact/statics/interior.h"
-#include "linalg/doubled.h"
 #include "linalg/matrix.h"
-#include "linalg/spatial.h"
 
 void perp__cone_place(const perp__statics *s, const perp__cone *cone, const double *x, double shift,
                       double *z)

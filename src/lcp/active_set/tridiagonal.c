@@ -22,7 +22,6 @@
 #include "base/rounding.h"
 #include "lcp/active_set/active_set.h"
 
-#include <float.h>
 #include <math.h>
 
 typedef struct perp__run {

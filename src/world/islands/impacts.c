@@ -17,7 +17,6 @@
 #include "world/joints/joints.h"
 
 #include "base/groups.h"
-#include "linalg/matrix.h"
 #include "step/impact.h"
 
 /* Impacts of a step, by the contacts of each: many where a problem is small, else one. */

@@ -3,7 +3,6 @@
  * before. So the bits are those of one thread, whichever lane an island goes to. One that dwarfs
  * the others is the caller's thread's, whose sweeps all take part in (contact/coloured). */
 #include "world/islands/lanes.h"
-#include "world/joints/joints.h"
 
 /* Contacts and bodies below which islands, and pairs or bodies below which ranges of them, are not
  * worth waking a thread for. */
