@@ -171,6 +171,7 @@ int32_t perp__start_motion(perp_world *world, int32_t body, double h)
     }
     motion->enclosed = world->moved[body] = 1; /* in the first round */
     motion->spare = INFINITY;
+    motion->room = 0.0;
     role->island = -1;
     role->touched = role->jointed = role->swept = role->far = role->put = 0;
     memset(motion->shift, 0, sizeof motion->shift); /* of what stays where it is, too */

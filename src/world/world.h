@@ -195,6 +195,7 @@ typedef struct perp__motion {
     int32_t enclosed; /* its shapes stay in their fat boxes */
     int32_t carrier;  /* number within the island, of a kinematic body; -1: of none */
     double spare;     /* gap for pairs with half-spaces: perp__pair.spare */
+    double room;      /* way that its shapes have in their fat boxes, from where they begin */
     perp__verdict verdict;
     double moving[6]; /* twist that moves the positions; of a body that nothing touches, the mean
                          of start and free */

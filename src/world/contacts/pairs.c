@@ -354,8 +354,10 @@ static double sweep(const perp__shape *shape, const double *moving, double h, pe
  * not to come again in each. */
 static perp_status enclose(perp_world *world, int32_t body, double h, double more)
 {
+    double *room = &world->motions[body].room;
     perp_status status = PERP_OK;
 
+    *room = INFINITY;
     for (int32_t i = world->bodies[body].first_shape; i != NONE && status == PERP_OK;
          i = world->shapes[i].next_of_body) {
         perp__shape *shape = &world->shapes[i];
@@ -365,11 +367,15 @@ static perp_status enclose(perp_world *world, int32_t body, double h, double mor
         if (is_plane(world, i))
             continue;
         perp__extent_of(&world->placed[i], more, &box);
+        for (int32_t k = 0; k < 3 && shape->leaf != NONE; k++)
+            *room = perp__lesser(*room, perp__lesser(box.low[k] - fat_box(world, i)->low[k],
+                                                     fat_box(world, i)->high[k] - box.high[k]));
         if (h > 0.0)
             displacement = sweep(shape, world->motions[body].moving, h, &box, ahead);
         space = space_of(shape, displacement);
         if (is_held(world, i, &box, space))
             continue;
+        *room = 0.0;
         for (int32_t k = 0; k < 3; k++) {
             box.low[k] = box.low[k] - space + (ahead[k] < 0.0 ? ahead[k] : 0.0);
             box.high[k] = box.high[k] + space + (ahead[k] > 0.0 ? ahead[k] : 0.0);

@@ -360,8 +360,9 @@ perp_status perp__join_contacts(perp_world *world, double h, double deep, int32_
             continue;
         memcpy(motion->tried, motion->moving, sizeof motion->tried);
         world->moved[body] = world->rounds;
-        motion->enclosed = 0;
-        if (!(perp__longest_displacement(world, body, h) < motion->spare))
+        const double way = perp__longest_displacement(world, body, h);
+        motion->enclosed = way <= motion->room;
+        if (!(way < motion->spare))
             status = add_spare(world, body);
     }
     /* 2. What they make meet, and which points are due. */
