@@ -277,18 +277,22 @@ PERP_API perp_status perp_contact_solver_setup_delassus(perp_contact_solver *sol
  *
  * Returns: PERP_OK with the outcome in result->outcome; PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI,
  *          _HANDLE, _BUSY, _MEMORY or _CALLBACK. After a negative status nothing was written.
- * Out:     answer->v: n velocities after the impulses; or NULL. Where the outcome is good and M
- * falls into blocks of up to 12 unknowns: exactly 0.0 in what the rows that hold keep at rest. r:
- * rows impulses, within their cones and bounds; then the bilateral ones. The best iterate found,
- * whatever the outcome. 0.0 on every row of a contact that separates. u: as r: velocities (with
- * compliance: plus compliance times impulse); or NULL. Where the outcome is good: u_n is 0.0 of
- * every contact that presses, all of u where it sticks, rows between their bounds, and the
- * bilateral rows. modes: PERP_CONTACT_... for each contact and each row with bounds; or NULL. ray:
- * as r: a direction of impulses, largest entry 1, written only if result->has_ray; or NULL. result:
- * initialised by perp_struct_init. In:      f: n entries. w: rows entries. b: bilateral entries;
- * NULL: 0. r0: as r, a start, projected onto the cones; or NULL. Memory:  none allocated after the
- * first call of a size (third-party factorisations excepted); under auto a fall-back method makes
- * its memory when it is first needed. */
+ * Out:     answer->v: velocities after the impulses; or NULL. Where the outcome is good and M falls
+ *             into blocks of up to 12 unknowns: 0.0 in what the rows that hold keep at rest.
+ *          answer->r: impulses of the rows, within their cones and bounds; then the bilateral ones.
+ *             The best iterate found, whatever the outcome. 0.0 on every row of a contact that
+ *             separates.
+ *          answer->u: velocities (with compliance: plus compliance times impulse); or NULL. Where
+ *             the outcome is good: u_n is 0.0 of every contact that presses, all of u where it
+ *             sticks, rows between their bounds, and the bilateral rows.
+ *          answer->modes: PERP_CONTACT_... for each contact and each row with bounds; or NULL.
+ *          answer->ray: a direction of impulses, largest entry 1, written only if result->has_ray;
+ *             or NULL.
+ *          result: initialised by perp_struct_init.
+ * In:      f: n entries. w: rows entries. b: bilateral entries; NULL: 0.
+ *          r0: as r, a start, projected onto the cones; or NULL.
+ * Memory:  none allocated after the first call of a size (third-party factorisations excepted);
+ *          under auto a fall-back method makes its memory when it is first needed. */
 PERP_API perp_status perp_contact_solver_solve_dynamics(
     perp_contact_solver *solver, const perp_contact_answer *answer, perp_contact_result *result,
     const double *f, const double *w, const double *b, const double *r0) PERP_WARN_UNUSED;

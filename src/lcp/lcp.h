@@ -7,12 +7,12 @@
 
 #include "linalg/matrix.h"
 
-/* Checks everything and fills *copy; NULL gives the defaults. *copy is untouched on failure. */
 /* As perp_lcp_solve, for a problem with a product: product.c. */
 perp_status perp__lcp_solve_product(perp_context *context, double *z, double *w,
                                     perp_lcp_result *result, const perp_lcp_settings *settings,
                                     const perp_lcp_problem *problem, const double *z0);
 
+/* Checks everything and fills *copy; NULL gives the defaults. *copy is untouched on failure. */
 perp_status perp__lcp_settings_read(perp_context *context, perp_lcp_settings *copy,
                                     const perp_lcp_settings *settings);
 perp_status perp__lcp_create(perp_context *context, perp_lcp_solver **solver,
