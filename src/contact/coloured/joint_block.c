@@ -163,23 +163,33 @@ PERP__MULTIVERSION(multiply, (perp__joint_block * b, const double *y), (b, y))
     }
 }
 
+/* The largest of x, but for rounding beside the velocities of its node's bodies. */
+static double find_lack(const perp__joint_block *b, const double *y)
+{
+    double largest = 0.0, least = 0.0;
+
+    for (int32_t n = 0; n < b->rows; n++) {
+        const double *v = y + 8 * b->body[2 * n], *w = y + 8 * b->body[2 * n + 1];
+
+        if (b->lane[n] % PERP__NODE == 0)
+            least = PERP__ROUNDING_LIMIT * sqrt(perp__dot(v, v, 6) + perp__dot(w, w, 6));
+        if (fabs(b->x[b->lane[n]]) > (largest > least ? largest : least))
+            largest = fabs(b->x[b->lane[n]]);
+    }
+    return largest;
+}
+
 double perp__joint_block_solve(perp__joint_block *b, double share, double momentum, double *y)
 {
-    double *e = b->error, largest = 0.0, least = 0.0;
+    double *e = b->error, lack = 0.0;
 
     if (!b->factored)
         return b->rows > 0 ? INFINITY : 0.0;
     multiply(b, y);
-    for (int32_t n = 0; n < b->rows; n++) {
-        const double *of[2] = {y + 8 * b->body[2 * n], y + 8 * b->body[2 * n + 1]};
-        double *x = b->x + b->lane[n];
-
-        if (momentum == 0.0 && b->lane[n] % PERP__NODE == 0) /* else nobody asks for it */
-            least = PERP__ROUNDING_LIMIT *
-                    sqrt(perp__dot(of[0], of[0], 6) + perp__dot(of[1], of[1], 6));
-        *x += share * b->scale[n] * b->w[n];
-        largest = fabs(*x) > fmax(largest, least) ? fabs(*x) : largest;
-    }
+    for (int32_t n = 0; n < b->rows; n++)
+        b->x[b->lane[n]] += share * b->scale[n] * b->w[n];
+    if (momentum == 0.0) /* else nobody asks for it */
+        lack = find_lack(b, y);
     perp__joint_factor_solve(&b->factor, b->x);
     for (int32_t n = 0; n < b->rows; n++) {
         const double now = b->r[n];
@@ -189,5 +199,5 @@ double perp__joint_block_solve(perp__joint_block *b, double share, double moment
         b->last[n] = now;
     }
     push(b, -1.0, e, y);
-    return largest;
+    return lack;
 }
