@@ -4,6 +4,8 @@
 #ifndef PERP_BASE_ARENA_H
 #define PERP_BASE_ARENA_H
 
+#include <stdbool.h>
+
 #include <perp/base.h>
 
 typedef struct perp__arena {

@@ -2,6 +2,8 @@
 #ifndef PERP_BASE_CONTEXT_H
 #define PERP_BASE_CONTEXT_H
 
+#include <stdbool.h>
+
 #include <perp/base.h>
 
 #define PERP__MESSAGE_SIZE 256

@@ -257,10 +257,10 @@ perp_outcome perp__contact_verdict(const perp_contact_solver *solver,
 
 /* What step.source shows, and whether that was arranged: rows.c. PERP_OK, _ARGUMENT, _ABI. */
 perp_status perp__contact_check_source(perp_context *context, const perp_contact_step *s);
-int32_t perp__contact_rows_last(const perp_contact_solver *solver, const perp_contact_step *s);
+bool perp__contact_rows_last(const perp_contact_solver *solver, const perp_contact_step *s);
 
 /* w of contacts whose surfaces move; returns whether that changes: rows.c. */
-int32_t perp__contact_rows_move(const perp_contact_solver *solver, const perp_contact_step *s);
+bool perp__contact_rows_move(const perp_contact_solver *solver, const perp_contact_step *s);
 
 /* s->shift, of the problem that is set up: open.c. PERP_OK or a negative status. */
 perp_status perp__contact_open(perp_contact_solver *solver, perp_contact_step *s);
@@ -280,13 +280,13 @@ perp_status perp__contact_hold_best(perp_contact_solver *solver);
 /* Whether velocities of 0 may be an answer: all that is told moves nothing, and statics was not
  * asked yet; and if so, and the best point is slow, the question: then r, v and u say that it
  * rests. PERP_OK or negative: statics/rest.c. */
-int32_t perp__contact_may_rest(const perp_contact_solver *solver);
+bool perp__contact_may_rest(const perp_contact_solver *solver);
 perp_status perp__contact_rest(perp_contact_solver *solver);
 
 /* Whether that changes *place. */
-static inline int32_t perp__put(double *place, double value)
+static inline bool perp__put(double *place, double value)
 {
-    const int32_t changes = memcmp(place, &value, sizeof value) != 0;
+    const bool changes = memcmp(place, &value, sizeof value) != 0;
 
     *place = value;
     return changes;
@@ -313,9 +313,9 @@ perp_status perp__contact_polish_run(perp_contact_solver *solver);
  * is an answer as far as plain doubles tell, with u; and the same as above from r, at a small share
  * of the cost, considered only if within a few steps it ends with a set that stays; knows_u: u is
  * that of r. */
-int32_t perp__contact_polish_suits(const perp_contact_solver *solver);
-int32_t perp__contact_is_near(perp_contact_solver *solver);
-perp_status perp__contact_polish_start(perp_contact_solver *solver, int32_t knows_u);
+bool perp__contact_polish_suits(const perp_contact_solver *solver);
+bool perp__contact_is_near(perp_contact_solver *solver);
+perp_status perp__contact_polish_start(perp_contact_solver *solver, bool knows_u);
 /* The same, from a few thousand sets of a fixed random sequence, each with a try of its own, until
  * one is an answer: milliseconds. */
 perp_status perp__contact_polish_search(perp_contact_solver *solver);

@@ -2,6 +2,8 @@
 #ifndef PERP_LINALG_MATRIX_H
 #define PERP_LINALG_MATRIX_H
 
+#include <stdbool.h>
+
 #include <perp/matrix.h>
 
 #include <math.h>
@@ -110,7 +112,7 @@ static inline void perp__copy(double *to, const double *from, int32_t n)
         memcpy(to, from, (size_t)n * sizeof *to);
 }
 
-static inline int32_t perp__is_zero(const double *x, int32_t n)
+static inline bool perp__is_zero(const double *x, int32_t n)
 {
     for (int32_t i = 0; i < n; i++)
         if (x[i] != 0.0)
@@ -153,7 +155,7 @@ static inline perp__line perp__line_of(const perp__matrix *M, int32_t j)
 }
 
 /* Whether the lines are rows. */
-static inline int32_t perp__lines_are_rows(const perp__matrix *M)
+static inline bool perp__lines_are_rows(const perp__matrix *M)
 {
     return !M->column_starts && M->row_stride != 1;
 }
@@ -174,7 +176,7 @@ static inline perp__cursor perp__first(const perp__matrix *M)
     return c;
 }
 
-static inline int32_t perp__advance(perp__cursor *c)
+static inline bool perp__advance(perp__cursor *c)
 {
     int32_t k = c->next;
 

@@ -192,7 +192,7 @@ static void find_largest(const perp__matrix *M, const int32_t *exponents, int32_
  * others positive again. */
 static void balance(const perp__matrix *M, int32_t *free, int32_t *exponents, int32_t *largest)
 {
-    int32_t changed = 1;
+    bool changed = 1;
 
     while (changed) {
         find_largest(M, exponents, largest);
@@ -307,7 +307,7 @@ void perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponent
 }
 
 int32_t perp__find_omegas(const perp__parts *parts, const double *q, const int32_t *exponents,
-                          int32_t *of_part, int32_t *omegas, int32_t known)
+                          int32_t *of_part, int32_t *omegas, bool known)
 {
     const int32_t n = parts->n, *part = parts->of;
     int32_t changed = !known, i;

@@ -140,7 +140,7 @@ static perp_status follow(perp_world *world, perp_step_result *result, double dt
     attempt trial;
 
     while (status == PERP_OK && left > 0.0 && result->advanced) {
-        const int32_t spent = perp__is_budget_spent(world);
+        const bool spent = perp__is_budget_spent(world);
 
         if (spent || h >= left)
             h = left;

@@ -80,7 +80,7 @@ static int32_t take_slot(perp_world *world, const perp__body *body, const perp__
 {
     int32_t slot = world->free_body;
     uint32_t generation = 1;
-    int32_t listed = 0;
+    bool listed = 0;
 
     if (slot >= 0) {
         world->free_body = world->bodies[slot].next_free;

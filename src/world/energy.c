@@ -86,7 +86,7 @@ double perp__energy_gained(const perp_world *world, const perp__island *island, 
 
 /* What its turn gave of a body's energy, by an inertia beside its angular velocity, or all that it
  * has by turning; joints settle that otherwise. */
-static double turn_gave(const perp_world *world, int32_t body, int32_t all)
+static double turn_gave(const perp_world *world, int32_t body, bool all)
 {
     const perp__state *next = &world->next[body];
     double spinning = perp__kinetic_of(world, body, next, next->velocity);
@@ -97,7 +97,7 @@ static double turn_gave(const perp_world *world, int32_t body, int32_t all)
     return world->roles[body].jointed ? 0.0 : fmax(spinning, 0.0);
 }
 
-double perp__take_turns(perp_world *world, const perp__island *island, double given, int32_t all)
+double perp__take_turns(perp_world *world, const perp__island *island, double given, bool all)
 {
     double sum = 0.0, share;
 
@@ -149,10 +149,10 @@ static double take_from_ways(perp_world *world, const perp__island *island, doub
 }
 
 /* Whether contact i is of a body that the step leaves at rest: its impulses balance. */
-static int32_t rests(const perp_world *world, const perp__island *island, int32_t i)
+static bool rests(const perp_world *world, const perp__island *island, int32_t i)
 {
     const int32_t *body = perp__step_flags(world, island, i)->body;
-    int32_t any = 0;
+    bool any = 0;
 
     for (int32_t side = 0; side < 2; side++)
         any |= perp__is_dynamic(world, body[side]) &&

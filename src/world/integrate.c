@@ -98,7 +98,7 @@ static void move_freely(perp_world *world, int32_t i, double h, const double *v_
     }
 }
 
-static int32_t is_finite(const perp__state *state)
+static bool is_finite(const perp__state *state)
 {
     return perp__is_finite3(state->position) && perp__is_finite3(state->orientation) &&
            0.0 * state->orientation[3] == 0.0 && 0.0 * state->angle == 0.0 &&
@@ -121,7 +121,7 @@ static void exchange(perp_world *world, int32_t i)
     world->next[i] = state;
 }
 
-int32_t perp__glide(perp_world *world, int32_t i, double h)
+bool perp__glide(perp_world *world, int32_t i, double h)
 {
     const perp__body *body = &world->bodies[i];
     double free[6], moving[6];
@@ -192,8 +192,8 @@ static void integrate(perp_world *world, perp__share *share, double h)
             share->found = body;
         else if (!motion->enclosed || perp__has_pairs(world, body)) {
             const perp__state *old = &world->states[body];
-            const int32_t anew = motion->placed != world->coasting;
-            const int32_t turns =
+            const bool anew = motion->placed != world->coasting;
+            const bool turns =
                 anew || old->angle != next->angle ||
                 memcmp(old->orientation, next->orientation, sizeof old->orientation) != 0;
 

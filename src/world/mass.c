@@ -11,7 +11,7 @@
 
 /* Lower triangular L with A + shift E = L L' (row by row); returns 0 if a pivot is not above
  * `least` times its diagonal entry: not positive definite to rounding. */
-static int32_t cholesky3(double *L, const double *A, double shift, double least)
+static bool cholesky3(double *L, const double *A, double shift, double least)
 {
     memset(L, 0, 9 * sizeof *L);
     for (int32_t j = 0; j < 3; j++) {

@@ -20,7 +20,7 @@ void perp__rotation_of(const perp_world *world, const perp__state *state, double
 }
 
 void perp__place_shape(const perp__shape *shape, const double *position, const double *R,
-                       int32_t turned, perp__placed *placed)
+                       bool turned, perp__placed *placed)
 {
     double offset[3];
 
@@ -32,7 +32,7 @@ void perp__place_shape(const perp__shape *shape, const double *position, const d
         perp__multiply3(placed->rotation, R, shape->rotation);
 }
 
-void perp__place_body(perp_world *world, const perp__state *states, int32_t body, int32_t turned)
+void perp__place_body(perp_world *world, const perp__state *states, int32_t body, bool turned)
 {
     double *R = world->motions[body].rotation;
 
@@ -140,7 +140,7 @@ void perp__keep_placed(perp_world *world, int32_t body)
         perp__place_body(world, world->states, body, 1);
 }
 
-int32_t perp__start_motion(perp_world *world, int32_t body, double h)
+bool perp__start_motion(perp_world *world, int32_t body, double h)
 {
     const perp__state *state = &world->states[body];
     perp__motion *motion = &world->motions[body];

@@ -85,7 +85,7 @@ static double reach_of(const perp_world *world, const perp__world_contact *conta
 {
     const double deep = perp__deep_overlap(contact);
     perp__moving a, b;
-    const int32_t put = world->roles[contact->body_a].put || world->roles[contact->body_b].put;
+    const bool put = world->roles[contact->body_a].put || world->roles[contact->body_b].put;
 
     perp__moving_shape(world, contact->shape_a, world->step_length, &a);
     perp__moving_shape(world, contact->shape_b, world->step_length, &b);
@@ -206,7 +206,7 @@ static perp_status solve_shifts(perp_world *world, const perp__island *island, i
     perp__rigid_problem problem;
     perp__rigid_answer answer;
     perp__passes step = {.h = 1.0, .passes = world->work.inequalities > 0 ? PERP__PASSES : 1};
-    const int32_t swept = island->joints > 0 && world->settings.accuracy < PERP_ACCURACY_ACCURATE;
+    const bool swept = island->joints > 0 && world->settings.accuracy < PERP_ACCURACY_ACCURATE;
     perp_status status;
 
     world->work.set_up = 0;

@@ -186,7 +186,7 @@ static void keep_contact(perp_world *world, int32_t i, perp__nap *nap)
 
 /* ---- falling asleep ---- */
 
-static int32_t is_calm(const perp_world *world, int32_t body)
+static bool is_calm(const perp_world *world, int32_t body)
 {
     const perp__motion *motion = &world->motions[body];
 
@@ -232,7 +232,7 @@ static void find_calm(perp_world *world)
 static void join_nap(perp_world *world, int32_t body, int32_t root)
 {
     const perp__verdict *verdict = &world->motions[body].verdict;
-    const int32_t begins = body == root;
+    const bool begins = body == root;
     int32_t slot = begins ? world->free_nap : world->bodies[root].nap;
     perp__nap *nap;
 

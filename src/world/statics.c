@@ -81,7 +81,7 @@ static void write_forces(const question *q, const perp__island *island)
     }
 }
 
-static void write_contacts(question *q, const perp__island *island, int32_t stands)
+static void write_contacts(question *q, const perp__island *island, bool stands)
 {
     perp_world *world = q->world;
     const perp__island_work *work = &world->work;

@@ -68,7 +68,7 @@ static void add_time(const perp_world *world, double *clock, double *seconds)
     *clock = now;
 }
 
-int32_t perp__takes_parts(const perp_world *world, const perp__solve_summary *summary)
+bool perp__takes_parts(const perp_world *world, const perp__solve_summary *summary)
 {
     return summary->rough && world->divides > 0 &&
            world->divides < (perp__is_good(summary->outcome) ? MOST_PARTS : FEW_PARTS);

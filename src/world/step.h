@@ -24,15 +24,15 @@ void perp__rotation_of(const perp_world *world, const perp__state *state, double
 /* Places a shape; a body or all awake bodies, with their shapes. turned: it may have turned since
  * it was placed last. */
 void perp__place_shape(const perp__shape *shape, const double *position, const double *R,
-                       int32_t turned, perp__placed *placed);
-void perp__place_body(perp_world *world, const perp__state *states, int32_t body, int32_t turned);
+                       bool turned, perp__placed *placed);
+void perp__place_body(perp_world *world, const perp__state *states, int32_t body, bool turned);
 /* Places the body where the step begins, unless it is there already. */
 void perp__keep_placed(perp_world *world, int32_t body);
 void perp__place(perp_world *world, const perp__state *states);
 /* The twist that forces would give a body, if its inertia is that of a ball; else the velocity. */
 void perp__push_freely(const perp_world *world, int32_t body, double h, double *free);
 /* A body in place, moving as if nothing touched it. Returns 0 where its numbers are not finite. */
-int32_t perp__start_motion(perp_world *world, int32_t body, double h);
+bool perp__start_motion(perp_world *world, int32_t body, double h);
 /* One step of Euler's equations in the body frame by the implicit midpoint rule: w to w_next. */
 void perp__euler_step(const perp__body *body, double h, const double *w, const double *torque,
                       double *w_next);
@@ -61,7 +61,7 @@ int32_t perp__integrate(perp_world *world, double h);
 /* The same for a body with the inertia of a ball that nothing is near and that stays in its fat
  * boxes: it gets its next state at once, and the phases skip it as long as it coasts. Returns 0
  * where that is not so. */
-int32_t perp__glide(perp_world *world, int32_t body, double h);
+bool perp__glide(perp_world *world, int32_t body, double h);
 /* Ends that, and takes the step back: of one body, of all. */
 void perp__stop_coasting(perp_world *world, int32_t body);
 void perp__stop_all_coasting(perp_world *world);

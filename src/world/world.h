@@ -443,7 +443,7 @@ struct perp_world {
     perp_world_stats stats;
 };
 
-static inline int32_t perp__is_dynamic(const perp_world *world, int32_t body)
+static inline bool perp__is_dynamic(const perp_world *world, int32_t body)
 {
     return world->bodies[body].kind == PERP_BODY_DYNAMIC;
 }

@@ -116,7 +116,7 @@ typedef struct perp__sweep_work {
 double perp__sweep_pass(perp__sweep_work *work);
 
 /* Whether contact k can be packed; packs it. */
-int32_t perp__sweep_packs(const perp__sweep_work *work, int32_t k);
+bool perp__sweep_packs(const perp__sweep_work *work, int32_t k);
 void perp__sweep_pack(perp__sweep_work *work, int32_t k, perp__packed_contact *packed);
 
 /* r := x of the caller's frame; x := r in the caller's frame, within its cones. */

@@ -88,7 +88,7 @@ int32_t perp__lemke_name_pairs(perp__lemke *l)
     l->pairs = 0;
     for (i = 0; i < p->n; i++) {
         const double lower = p->lower[i], upper = p->upper[i];
-        const int32_t from_above = lower == -INFINITY && upper != INFINITY;
+        const bool from_above = lower == -INFINITY && upper != INFINITY;
 
         l->base[i] = from_above ? upper : lower == -INFINITY ? 0.0 : lower;
         plain &= lower != upper && !from_above;
@@ -117,7 +117,7 @@ static void write_point(const perp__lemke *l, perp__lcp_iterate *iterate)
         iterate->places[i] = PERP__FIXED;
     }
     for (int32_t k = 0; k < l->pairs; k++) {
-        const int32_t upper_side = (l->at_upper[k] != 0) != (l->sign[k] < 0);
+        const bool upper_side = (l->at_upper[k] != 0) != (l->sign[k] < 0);
 
         i = l->index[k];
         if (l->row_of[k] >= 0)
@@ -197,7 +197,7 @@ perp_status perp__lemke_crash(perp__lemke *l, perp__lcp_iterate *iterate, int32_
 static perp_status solve_near(perp__lemke *l, perp__lcp_iterate *iterate, int32_t *done)
 {
     enum perp__lemke_guess guess = PERP__GUESS_NONE;
-    int32_t covers = iterate->missing >= 0;
+    bool covers = iterate->missing >= 0;
     double worst = 0.0;
     perp_status status;
 
@@ -315,7 +315,7 @@ static perp_status tighten(perp__lemke *l, perp__lcp_iterate *iterate)
 static perp_status solve_cold(perp__lemke *l, perp__lcp_iterate *iterate)
 {
     const perp__lcp_problem *p = l->head.problem;
-    const int32_t random = l->trial->random || iterate->rays > 0;
+    const bool random = l->trial->random || iterate->rays > 0;
     perp_status status = l->basis->start(l, iterate);
     double size;
     int32_t t_row;

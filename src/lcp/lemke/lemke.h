@@ -252,7 +252,7 @@ static inline int32_t perp__lemke_pair(const perp__lemke *l, int32_t variable)
 }
 
 /* Whether x_k is free and stands for the whole of its variable: it never leaves the basis. */
-int32_t perp__lemke_is_free(const perp__lemke *l, int32_t k);
+bool perp__lemke_is_free(const perp__lemke *l, int32_t k);
 
 /* lemke.c: every variable that is not fixed is a pair, x at 0; base. Returns whether the pairs are
  * the variables as they come, unchanged in sign. */
@@ -288,7 +288,7 @@ void perp__lemke_index(perp__lemke *l);
 
 /* units.c: takes back a scaling of the rows, where one is found in a tableau that is -M yet. eager:
  * also where the norms of the rows do not differ much. */
-void perp__lemke_choose_units(perp__lemke *l, int32_t eager);
+void perp__lemke_choose_units(perp__lemke *l, bool eager);
 
 /* sparse.c: memory of the factors. */
 void perp__factored_layout(perp__arena *arena, perp__lemke *l);

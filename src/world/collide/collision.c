@@ -58,11 +58,11 @@ double perp__relative_displacement(const perp__moving *a, const perp__moving *b)
     return sum(displacement) + sum(a->turn) * a->reach + sum(b->turn) * b->reach;
 }
 
-int32_t perp__axes_of(const perp__placed *a, const perp__placed *b, int32_t planar, double far,
-                      perp__axes *axes)
+bool perp__axes_of(const perp__placed *a, const perp__placed *b, int32_t planar, double far,
+                   perp__axes *axes)
 {
     perp__convex_pair pair;
-    int32_t all = 1;
+    bool all = 1;
     if (perp__are_boxes(a, b, planar)) {
         perp__box_axes(a, b, far, axes);
     } else if (perp__is_ball_pair(a, b)) {
@@ -97,9 +97,9 @@ static int32_t steadier_face(const perp__moving *a, const perp__moving *b, const
     return steadier < 0 ? best : steadier;
 }
 
-int32_t perp__touch_plainly(const perp__moving *moving_a, const perp__moving *moving_b,
-                            int32_t planar, const perp__touch_tolerance *tolerance,
-                            const perp__axes *axes, perp__collision *collision)
+bool perp__touch_plainly(const perp__moving *moving_a, const perp__moving *moving_b, int32_t planar,
+                         const perp__touch_tolerance *tolerance, const perp__axes *axes,
+                         perp__collision *collision)
 {
     const perp__placed *a = moving_a->start, *b = moving_b->start;
     const double due = perp__relative_displacement(moving_a, moving_b) + tolerance->touching;
@@ -166,8 +166,8 @@ static double separation_at(const course *on, int32_t k, double way, const perp_
                             const perp__placed *b, double *against)
 {
     const perp__axis *axis = &on->axes.axis[k];
-    const int32_t of_a = k < on->axes.faces[0],
-                  of_b = !of_a && k - on->axes.faces[0] < on->axes.faces[1];
+    const bool of_a = k < on->axes.faces[0],
+               of_b = !of_a && k - on->axes.faces[0] < on->axes.faces[1];
     double normal[3], between[3], local[3];
     perp__apply3(normal, of_a && way < on->a->reach ? a->rotation : on->frame[0], axis->normal);
     if (of_b && way < on->b->reach) {
@@ -216,7 +216,7 @@ static double entry_of(const course *on, const double *gate, double t, double en
     return enter <= leave && enter <= 1.0 ? t + enter * (end - t) : INFINITY;
 }
 
-static int32_t axes_at(course *on, double t, double far)
+static bool axes_at(course *on, double t, double far)
 {
     perp__placed a, b;
     perp__moved(on->a, t, &a);
@@ -266,7 +266,7 @@ static double find_closing(course *on, double open, double closed)
 }
 
 /* Looks at the axes of the start, sets their gates; whether a face keeps shapes apart all along. */
-static int32_t set_out(course *on)
+static bool set_out(course *on)
 {
     const perp__touch_tolerance *tolerance = on->tolerance;
     if (!axes_at(on, 0.0, perp__relative_displacement(on->a, on->b) + tolerance->touching))
@@ -286,7 +286,7 @@ static int32_t set_out(course *on)
  * all among their axes. */
 static void set_collision(course *on, double t, perp__collision *collision)
 {
-    const int32_t boxes = perp__are_boxes(on->a->start, on->b->start, on->planar);
+    const bool boxes = perp__are_boxes(on->a->start, on->b->start, on->planar);
     perp__placed a, b;
     double due;
     perp__moved(on->a, t, &a);
@@ -305,8 +305,8 @@ static void set_collision(course *on, double t, perp__collision *collision)
 /* Fixed axes close before those that turn, and come nearer to their time by a share only: where the
  * last one to close goes by its rate, the next look is when that closes it; and as long as it can't
  * have closed nothing meets, for one axis that separates is enough. */
-int32_t perp__find_collision(const perp__moving *a, const perp__moving *b, int32_t planar,
-                             const perp__touch_tolerance *tolerance, perp__collision *collision)
+bool perp__find_collision(const perp__moving *a, const perp__moving *b, int32_t planar,
+                          const perp__touch_tolerance *tolerance, perp__collision *collision)
 {
     const double angle = perp__length3(a->turn) + perp__length3(b->turn);
     const double displacement = perp__relative_displacement(a, b);
@@ -314,7 +314,7 @@ int32_t perp__find_collision(const perp__moving *a, const perp__moving *b, int32
     const double still_share =
         perp__are_boxes(a->start, b->start, planar) ? PERP__NEGLIGIBLE : 4.0 * DBL_EPSILON;
     double t = 0.0, lacks = -INFINITY, due = INFINITY, free = 0.0;
-    int32_t met = 0, ends;
+    bool met = 0, ends;
     double between[3], bend; /* half of what the rate of a separation may change by in the step */
     course on;               /* large: what is not used stays as it is */
     perp__subtract3(between, b->start->position, a->start->position);
@@ -359,7 +359,7 @@ int32_t perp__find_collision(const perp__moving *a, const perp__moving *b, int32
 
         /* 3. when the axis is due by its rate; and how long it is open for sure: what lacks so
          * much, closed at a rate that grows no faster than by 2 bend */
-        const int32_t goes_on = !met && on.turning && on.last == axis && look > 0;
+        const bool goes_on = !met && on.turning && on.last == axis && look > 0;
         double rate = goes_on ? (before - lacks) / (t - last) : 0.0;
         due = rate > 0.0 ? lacks / rate : INFINITY;
         rate += bend * (t - last);

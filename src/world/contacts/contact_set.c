@@ -332,7 +332,7 @@ double perp__pair_touching(const perp_world *world, const perp__pair *pair, doub
     return PERP__NEGLIGIBLE * perp__pair_thickness(world, pair) + rounding;
 }
 
-int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double margin)
+bool perp__are_near(const perp_world *world, const perp__pair *pair, double margin)
 {
     const perp__placed *a = &world->placed[pair->first], *b = &world->placed[pair->second];
     const double reach = a->radius + b->radius + margin;
@@ -343,7 +343,7 @@ int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double m
 }
 
 /* A ball in its body's centre does not. */
-static int32_t rotates(const perp__shape *shape)
+static bool rotates(const perp__shape *shape)
 {
     return shape->geometry.kind != PERP__SPHERE || !perp__is_zero3(shape->offset);
 }
@@ -357,7 +357,7 @@ void perp__moving_shape(const perp_world *world, int32_t shape, double h, perp__
 {
     const perp__shape *at = &world->shapes[shape];
     const double *twist = world->motions[at->body].moving;
-    const int32_t turns = rotates(at);
+    const bool turns = rotates(at);
 
     moving->start = &world->placed[shape];
     moving->reach = at->reach;

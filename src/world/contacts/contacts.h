@@ -20,7 +20,7 @@ perp_status perp__enclose(perp_world *world, const int32_t *bodies, int32_t coun
 /* Forces and times near the largest numbers can leave the range of doubles: a body did. */
 perp_status perp__fail_range(const perp_world *world, int32_t body);
 /* Whether the fat boxes of a body hold what a twist makes of it from its state on. */
-int32_t perp__stays_enclosed(const perp_world *world, int32_t body, const double *moving, double h);
+bool perp__stays_enclosed(const perp_world *world, int32_t body, const double *moving, double h);
 /* Asks memory for what is read soon. Kernels, as calls of what has no effect are left out. */
 PERP__KERNEL static void perp__fetch(const void *from, size_t bytes)
 {
@@ -41,12 +41,12 @@ PERP__KERNEL static perp__pair *perp__ordered_pair(const perp_world *world, int3
     return &world->pairs[world->pair_order[i].value];
 }
 /* Whether the body's next state is the one at hand. */
-static inline int32_t perp__stays(const perp_world *world, int32_t body)
+static inline bool perp__stays(const perp_world *world, int32_t body)
 {
     return memcmp(&world->states[body], &world->next[body], sizeof *world->states) == 0;
 }
 /* Whether some shape is near one of the body's. */
-static inline int32_t perp__has_pairs(const perp_world *world, int32_t body)
+static inline bool perp__has_pairs(const perp_world *world, int32_t body)
 {
     int32_t shape = world->bodies[body].first_shape;
 
@@ -81,7 +81,7 @@ static inline double perp__pair_friction(const perp__shape *a, const perp__shape
     return a->friction == b->friction ? a->friction : sqrt(a->friction) * sqrt(b->friction);
 }
 /* Whether the spheres about two shapes are within `margin` of each other; half-spaces are. */
-int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double margin);
+bool perp__are_near(const perp_world *world, const perp__pair *pair, double margin);
 /* How far a shape has points that turning may move, from its body's mass centre; and what turning
  * adds to the way of those of a body that have them so far, at most. */
 double perp__turning_reach(const perp__shape *shape);
@@ -102,18 +102,18 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
                               perp__point *points);
 /* Whether the motion at hand makes the pair meet, and in which points, of the pose at the time of
  * pair->collision. */
-int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h);
+bool perp__pair_collides(const perp_world *world, perp__pair *pair, double h);
 /* Whether the motion at hand makes a pair meet that is no half-space's. */
-int32_t perp__pair_meets(const perp_world *world, const perp__pair *pair, double h);
+bool perp__pair_meets(const perp_world *world, const perp__pair *pair, double h);
 /* Whether it takes a pair that touches deep into each other: what turns comes down on another
  * corner or edge. */
-int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h);
+bool perp__pair_sinks(const perp_world *world, perp__pair *pair, double h);
 int32_t perp__collision_points(const perp_world *world, perp__pair *pair, double h,
                                perp__point *points);
 
 /* Whether the motion at hand closes contact i of the step's, which its rates leave a gap of
  * `end` < 0. */
-int32_t perp__meets(const perp_world *world, int32_t i, double h, double end);
+bool perp__meets(const perp_world *world, int32_t i, double h, double end);
 
 /* contact_set.c */
 /* Starts a step's contacts: the points of shapes that touch plainly, none included yet. */
@@ -133,7 +133,7 @@ void perp__write_arms(perp__world_contact *contact, const double *centre_a, cons
 /* How far the motion at hand takes any point of a body. */
 double perp__longest_displacement(const perp_world *world, int32_t body, double h);
 /* What sweeps move they take out of overlaps as well, unless joints took it elsewhere. */
-static inline int32_t perp__is_swept(const perp_world *world, const perp__pair *pair)
+static inline bool perp__is_swept(const perp_world *world, const perp__pair *pair)
 {
     const perp__role *a = &world->roles[pair->body[0]], *b = &world->roles[pair->body[1]];
 
@@ -165,7 +165,7 @@ void perp__find_memories(perp_world *world);
 void perp__note_settled(perp_world *world);
 /* Whether the points of a pair are, to the last bit, those that it had then: pair->made; and
  * contact i of the step := point k of them. */
-int32_t perp__stays_same(const perp_world *world, const perp__pair *pair);
+bool perp__stays_same(const perp_world *world, const perp__pair *pair);
 void perp__repeat_contact(const perp_world *world, const perp__pair *pair, int32_t k, int32_t i);
 /* Keeps the impulses of the step's contacts for the next step's `warm`. */
 void perp__remember(perp_world *world);

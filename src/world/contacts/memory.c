@@ -99,14 +99,14 @@ void perp__note_settled(perp_world *world)
 
 /* Whether the body is what it was, and what may cover its shapes: what is near one that never moves
  * is asked for bodies of many shapes only. */
-static int32_t is_settled(const perp_world *world, int32_t body, int32_t other)
+static bool is_settled(const perp_world *world, int32_t body, int32_t other)
 {
     const perp__role *role = &world->roles[body];
 
     return role->repeats && (role->dynamic ? role->calm : world->bodies[other].shapes < 2);
 }
 
-int32_t perp__stays_same(const perp_world *world, const perp__pair *pair)
+bool perp__stays_same(const perp_world *world, const perp__pair *pair)
 {
     const int32_t a = pair->body[0], b = pair->body[1];
 

@@ -20,7 +20,7 @@ enum { NONE = -1 };
  * was fast is alone again once it is slow. */
 #define AHEAD 4.0
 
-static int32_t is_plane(const perp_world *world, int32_t shape)
+static bool is_plane(const perp_world *world, int32_t shape)
 {
     return world->shapes[shape].geometry.kind == PERP__PLANE;
 }
@@ -85,7 +85,7 @@ static uint64_t key_of(const perp_world *world, int32_t number)
     return (uint64_t)pair->first << 32 | (uint64_t)pair->second;
 }
 
-static int32_t can_touch(const perp_world *world, int32_t a, int32_t b)
+static bool can_touch(const perp_world *world, int32_t a, int32_t b)
 {
     const int32_t body_a = world->shapes[a].body, body_b = world->shapes[b].body;
 
@@ -180,7 +180,7 @@ static void sort_pairs(perp_world *world)
 }
 
 /* Keeps those of a list that still are what they were, and are listed or new. */
-static int32_t sift_pairs(perp_world *world, perp__keyed *list, int32_t count, int32_t listed)
+static int32_t sift_pairs(perp_world *world, perp__keyed *list, int32_t count, bool listed)
 {
     int32_t kept = 0;
 
@@ -223,7 +223,7 @@ static void order_pairs(perp_world *world)
 /* ---- fat boxes ---- */
 
 /* Whether a box reaches into a half-space; one that moves may come anywhere. */
-static int32_t reaches_plane(const perp_world *world, const perp__bounds *box, int32_t plane)
+static bool reaches_plane(const perp_world *world, const perp__bounds *box, int32_t plane)
 {
     const perp__placed *placed = &world->placed[plane];
     double normal[3], lowest = 0.0, size = fabs(placed->geometry->offset);
@@ -247,7 +247,7 @@ static const perp__bounds *fat_box(const perp_world *world, int32_t shape)
 /* Whether the boxes let the shapes meet. A sphere and a capsule are all that is within their radius
  * of a point and of a segment, and these are in the box without that radius: of balls in a grid,
  * whose boxes meet in 26 places, 6 stay. */
-static int32_t are_near(const perp_world *world, int32_t a, int32_t b)
+static bool are_near(const perp_world *world, int32_t a, int32_t b)
 {
     const perp__bounds *box_a = fat_box(world, a), *box_b = fat_box(world, b);
     const double reach = world->shapes[a].geometry.radius + world->shapes[b].geometry.radius;
@@ -276,7 +276,7 @@ static perp_status find_partners(perp_world *world, int32_t shape)
     while (link != NONE) {
         const perp__pair *pair = &world->pairs[link / 2];
         const int32_t next = pair->next[link % 2];
-        int32_t near;
+        bool near;
 
         other = shape_on(pair, 1 - link % 2);
         near = is_plane(world, other)
@@ -315,7 +315,7 @@ static double space_of(const perp__shape *shape, double speed)
 }
 
 /* Whether the shape's fat box holds the box, and is not too fat for it. */
-static int32_t is_held(const perp_world *world, int32_t i, const perp__bounds *box, double space)
+static bool is_held(const perp_world *world, int32_t i, const perp__bounds *box, double space)
 {
     const perp__bounds *fat;
     double excess = 0.0;
@@ -388,7 +388,7 @@ static perp_status enclose(perp_world *world, int32_t body, double h, double mor
     return status;
 }
 
-int32_t perp__stays_enclosed(const perp_world *world, int32_t body, const double *moving, double h)
+bool perp__stays_enclosed(const perp_world *world, int32_t body, const double *moving, double h)
 {
     const perp__state *state = &world->states[body];
     double R[9];
@@ -453,7 +453,7 @@ perp_status perp__enclose(perp_world *world, const int32_t *bodies, int32_t coun
 
     for (int32_t i = 0; i < count && status == PERP_OK; i++) {
         perp__motion *motion = &world->motions[bodies[i]];
-        const int32_t widens = ways > 0.0 && perp__is_dynamic(world, bodies[i]);
+        const bool widens = ways > 0.0 && perp__is_dynamic(world, bodies[i]);
 
         if (ways > 0.0 || !motion->enclosed)
             status = enclose(world, bodies[i], h, widens ? ways * motion->overlap : 0.0);

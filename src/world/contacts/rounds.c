@@ -51,15 +51,15 @@ static void list_late(perp__contact_set *set, perp__pair *pair, int32_t i)
 }
 
 /* Whether some of the pair's are in the set. */
-static int32_t has_points(const perp__pair *pair)
+static bool has_points(const perp__pair *pair)
 {
     return !pair->open || pair->joined > 0;
 }
 
 /* Whether the pair has that point from a round before, to what is near: another row like that one
  * would move nothing. Beside joints arcs and rows that give way leave what is obeyed deeper. */
-static int32_t is_known(const perp__contact_set *set, const perp__pair *pair,
-                        const perp__world_contact *contact)
+static bool is_known(const perp__contact_set *set, const perp__pair *pair,
+                     const perp__world_contact *contact)
 {
     for (int32_t k = pair->late; k >= 0; k = set->responses[k].later) {
         const perp__world_contact *known = &set->contacts[k];
@@ -115,7 +115,7 @@ static perp_status join_pair(perp_world *world, perp__pair *pair, double h)
 
 /* Whether the step's velocities break the point's law by more than passes leave of its row, if it
  * turned nothing (contact/coloured): they would not change for less. */
-static int32_t presses(const perp_world *world, const perp__world_contact *contact, double h)
+static bool presses(const perp_world *world, const perp__world_contact *contact, double h)
 {
     const int32_t body[] = {contact->body_a, contact->body_b};
     const double lack = -fmax(perp__open_gap(contact, contact->gap), 0.0) / h -
@@ -143,8 +143,8 @@ static int32_t presses(const perp_world *world, const perp__world_contact *conta
  *   f(t) = gap + t n.v + n.(R(t w) - 1) r = gap + t a + b sin(t |w|) + c (1 - cos(t |w|)),
  *
  * r to the core of the shape. f'' >= -|w|^2 |(b, c)|. */
-static int32_t meets_plane(const perp_world *world, const perp__world_contact *contact,
-                           const double ways[2][6])
+static bool meets_plane(const perp_world *world, const perp__world_contact *contact,
+                        const double ways[2][6])
 {
     const int32_t shapes[2] = {contact->shape_a, contact->shape_b};
     const int32_t side = world->shapes[contact->shape_a].geometry.kind == PERP__PLANE;
@@ -176,13 +176,13 @@ static int32_t meets_plane(const perp_world *world, const perp__world_contact *c
     return 1;
 }
 
-int32_t perp__meets(const perp_world *world, int32_t i, double h, double end)
+bool perp__meets(const perp_world *world, int32_t i, double h, double end)
 {
     const perp__world_contact *contact = &world->contacts.contacts[i];
     const perp__pair *pair = &world->pairs[contact->pair];
     const int32_t body[2] = {contact->body_a, contact->body_b};
     double ways[2][6], way = 0.0, turn = 0.0, aside = 0.0;
-    int32_t jointed = 0;
+    bool jointed = 0;
 
     /* 1. how far arcs lead aside from the rates, and the normal, which turns with its face */
     for (int32_t side = 0; side < 2; side++) {
@@ -213,7 +213,7 @@ int32_t perp__meets(const perp_world *world, int32_t i, double h, double end)
 /* Whether the motion at hand closes a point, or another one that goes no farther may, but for those
  * that turn past each other; of what came late, whether it presses, and takes the bodies deeper
  * into each other than that share of their size. */
-static int32_t is_due(const perp_world *world, int32_t i, double h, double deep)
+static bool is_due(const perp_world *world, int32_t i, double h, double deep)
 {
     const perp__world_contact *contact = &world->contacts.contacts[i];
     const double *a = world->motions[contact->body_a].moving;
@@ -238,9 +238,8 @@ int32_t perp__include_points(perp_world *world, double h, double deep)
     for (int32_t i = 0; i < set->count && set->included < set->count; i++) {
         perp__contact_flags *flags = &set->flags[i];
         /* else what was not due in the round before is not now */
-        const int32_t is_moved = world->rounds == 0 ||
-                                 world->moved[flags->body[0]] >= world->rounds ||
-                                 world->moved[flags->body[1]] >= world->rounds;
+        const bool is_moved = world->rounds == 0 || world->moved[flags->body[0]] >= world->rounds ||
+                              world->moved[flags->body[1]] >= world->rounds;
 
         if (flags->included || !is_moved ||
             !((flags->closed && deep == 0.0) || is_due(world, i, h, deep)))

@@ -25,12 +25,12 @@ static void find_drift(const perp_world *world, int32_t body, double *drift)
 
 /* Turns of both bodies and, of the normal, that which both have in common: before the interval, and
  * in half of it; *angle: that of all of these. Returns 0 where there are none. */
-static int32_t find_turns(const perp_world *world, const int32_t *body, double begun[3][9],
-                          double half[3][9], double *angle)
+static bool find_turns(const perp_world *world, const int32_t *body, double begun[3][9],
+                       double half[3][9], double *angle)
 {
     const perp__island_work *work = &world->work;
     double gone[3][3], turn[3][3];
-    int32_t turns = 0;
+    bool turns = 0;
 
     for (int32_t side = 0; side < 2; side++) {
         const double *spin = world->motions[body[side]].trial + 3;

@@ -18,7 +18,7 @@ static void exchange(perp_world *world, perp__waiting *waiting)
     waiting->arena = arena;
 }
 
-int32_t perp__joins_batch(const perp_world *world, const perp__island *island)
+bool perp__joins_batch(const perp_world *world, const perp__island *island)
 {
     return island->joints == 0 && island->contacts <= PERP__BATCH_CONTACTS &&
            !world->budget.limited && world->budget.iterations == INT64_MAX;

@@ -42,12 +42,12 @@ void perp__open_velocities(perp_world *world)
         budget->until = budget->deadline - (1.0 - VELOCITIES) * (budget->deadline - perp__now());
 }
 
-int32_t perp__is_time_over(const perp_world *world)
+bool perp__is_time_over(const perp_world *world)
 {
     return world->budget.limited && perp__now() >= world->budget.deadline;
 }
 
-int32_t perp__is_budget_spent(const perp_world *world)
+bool perp__is_budget_spent(const perp_world *world)
 {
     return world->budget.iterations == 0 || perp__is_time_over(world);
 }

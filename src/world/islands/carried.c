@@ -4,13 +4,13 @@
 
 /* ---- what carries an island ---- */
 
-static int32_t is_moving(const perp_world *world, int32_t body)
+static bool is_moving(const perp_world *world, int32_t body)
 {
     return !(perp__is_zero3(world->states[body].velocity) &&
              perp__is_zero3(world->states[body].angular_velocity));
 }
 
-int32_t perp__moves_with(const perp_world *world, const perp__carrying *carrying, int32_t body)
+bool perp__moves_with(const perp_world *world, const perp__carrying *carrying, int32_t body)
 {
     const perp__state *state = &world->states[body];
     double twist[6], rounding = 0.0;
@@ -26,8 +26,8 @@ int32_t perp__moves_with(const perp_world *world, const perp__carrying *carrying
     return 1;
 }
 
-int32_t perp__find_carrying(const perp_world *world, const perp__island *island, int32_t moving,
-                            perp__carrying *carrying)
+bool perp__find_carrying(const perp_world *world, const perp__island *island, int32_t moving,
+                         perp__carrying *carrying)
 {
     const int32_t ties = perp__count_ties(island);
     int32_t k, body;
@@ -48,10 +48,10 @@ int32_t perp__find_carrying(const perp_world *world, const perp__island *island,
     return moving ? carrying->body >= 0 : !carrying->parts;
 }
 
-int32_t perp__find_frame(const perp_world *world, const perp__island *island, double *frame)
+bool perp__find_frame(const perp_world *world, const perp__island *island, double *frame)
 {
     perp__carrying carrying;
-    const int32_t one = perp__find_carrying(world, island, 0, &carrying);
+    const bool one = perp__find_carrying(world, island, 0, &carrying);
     const double *twist;
 
     memset(frame, 0, 3 * sizeof *frame);
@@ -122,8 +122,8 @@ void perp__ride(perp_world *world, const perp__island *island, double h)
 /* To the last bit; or, of a carrier that turns, to what a step leaves that knows rows of its
  * beginning alone: h w^2 r; or, slowly, to what forces make of each body in a step, as impulses of
  * twice their size stop it. t: 0, or before the step. */
-static int32_t begins_with(const perp_world *world, const perp__island *island,
-                           const perp__carrying *carrying, int32_t slowly, double t)
+static bool begins_with(const perp_world *world, const perp__island *island,
+                        const perp__carrying *carrying, bool slowly, double t)
 {
     const double spin = carrying->motion == PERP__CARRIED_ALONG
                             ? perp__length3(world->motions[carrying->body].start + 3)
@@ -152,8 +152,8 @@ static int32_t begins_with(const perp_world *world, const perp__island *island,
     return 1;
 }
 
-int32_t perp__begins_standing(const perp_world *world, const perp__island *island, int32_t slowly,
-                              perp__carrying *carrying)
+bool perp__begins_standing(const perp_world *world, const perp__island *island, bool slowly,
+                           perp__carrying *carrying)
 {
     for (int32_t moving = 1; moving >= 0; moving--) {
         if (!perp__find_carrying(world, island, moving, carrying))
@@ -261,7 +261,7 @@ static void lie(perp_world *world, const perp__island *island, const perp__carry
 /* What the last step's impulses leave of a body's forces beside the sizes of their terms, and what
  * presses on its mass centre at least; the most of all. INFINITY: they are none of this step's. */
 static double last_unbalance(perp_world *world, const perp__island *island,
-                             const perp__carrying *carrying, int32_t swept)
+                             const perp__carrying *carrying, bool swept)
 {
     double *sums = world->work.forces, left = 0.0;
 
@@ -298,7 +298,7 @@ static double last_unbalance(perp_world *world, const perp__island *island,
     return left;
 }
 
-perp_status perp__lie_still(perp_world *world, const perp__island *island, int32_t swept,
+perp_status perp__lie_still(perp_world *world, const perp__island *island, bool swept,
                             perp__verdict *verdict)
 {
     perp_status status = PERP_OK;

@@ -137,7 +137,7 @@ static perp_status solve(perp_world *world, const perp__island *island, perp__ri
 {
     const int32_t limit = problem->max_iterations;
     const int32_t is_exact = world->settings.accuracy == PERP_ACCURACY_EXACT;
-    const int32_t thorough = is_exact && !*in_vain;
+    const bool thorough = is_exact && !*in_vain;
     perp__carrying carrying;
     perp_status status;
 
@@ -164,7 +164,7 @@ static perp_status solve(perp_world *world, const perp__island *island, perp__ri
     return status;
 }
 
-perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
+perp_status perp__solve_rows(perp_world *world, const perp__island *island, bool bounces,
                              perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;

@@ -50,7 +50,7 @@ double perp__normal_terms(const perp_world *world, int32_t i, const double *x, i
     return sum;
 }
 
-int32_t perp__lies_on_something(const perp_world *world, const perp__island *island)
+bool perp__lies_on_something(const perp_world *world, const perp__island *island)
 {
     for (int32_t i = 0; i < 2 * world->work.count; i++)
         if ((uint32_t)world->work.rows[i / 2].body[i % 2] >= (uint32_t)island->bodies)
@@ -58,8 +58,7 @@ int32_t perp__lies_on_something(const perp_world *world, const perp__island *isl
     return 0;
 }
 
-double perp__forced_speed(const perp_world *world, const perp__island *island, int32_t i,
-                          int32_t lies)
+double perp__forced_speed(const perp_world *world, const perp__island *island, int32_t i, bool lies)
 {
     const perp__rigid_rows *rows = &world->work.rows[i];
     const double pressed = perp__moved_by(world, island, rows, 0) * world->work.impulse[3 * i];
@@ -82,7 +81,7 @@ static int32_t find_hits(perp_world *world, const perp__island *island, double h
                          double slow)
 {
     perp__island_work *work = &world->work;
-    const int32_t lies = perp__lies_on_something(world, island);
+    const bool lies = perp__lies_on_something(world, island);
     int32_t i, hits = 0;
 
     for (i = 0; i < work->count; i++) {
@@ -144,7 +143,7 @@ static void go(perp_world *world, const perp__island *island, double t, int32_t 
 }
 
 /* Whether nothing that presses came in this interval, by velocities known to tol; 0: exactly. */
-static int32_t lasts(const perp_world *world, const perp__island *island, double tol)
+static bool lasts(const perp_world *world, const perp__island *island, double tol)
 {
     const perp__island_work *work = &world->work;
 
@@ -191,7 +190,7 @@ static double first_impact(const perp_world *world, const perp__island *island, 
 void perp__move_bodies(perp_world *world, const perp__island *island, double tol)
 {
     perp__island_work *work = &world->work;
-    const int32_t mean = lasts(world, island, tol);
+    const bool mean = lasts(world, island, tol);
 
     if (mean && island->contacts == 0)
         perp__mean_of_ends(world, island);
@@ -200,8 +199,8 @@ void perp__move_bodies(perp_world *world, const perp__island *island, double tol
             work->moving[i] = mean ? 0.5 * (work->now[i] + work->v[i]) : work->v[i];
 }
 
-int32_t perp__gives_energy(const perp_world *world, const perp__island *island, int32_t units,
-                           double tol)
+bool perp__gives_energy(const perp_world *world, const perp__island *island, int32_t units,
+                        double tol)
 {
     const perp__island_work *work = &world->work;
     const int32_t n = world->dof;
@@ -227,7 +226,7 @@ int32_t perp__gives_energy(const perp_world *world, const perp__island *island, 
 }
 
 /* None there is, or none that there is time for: what methods leave then may be anything. */
-static int32_t has_no_answer(const perp__verdict *verdict)
+static bool has_no_answer(const perp__verdict *verdict)
 {
     return verdict->outcome == PERP_OUTCOME_RAY || verdict->outcome == PERP_OUTCOME_TIME_LIMIT;
 }
@@ -316,8 +315,8 @@ static void renew_gain(perp_world *world, const perp__island *island, double lef
     }
 }
 
-int32_t perp__lessens(const perp_world *world, const perp__island *island, double tol,
-                      double *restitution)
+bool perp__lessens(const perp_world *world, const perp__island *island, double tol,
+                   double *restitution)
 {
     if (*restitution == 0.0 || !perp__gives_energy(world, island, world->work.count, tol))
         return 0;
@@ -479,7 +478,7 @@ static perp_status end_on_impacts(perp_world *world, const perp__island *island,
         for (int32_t i = 0; i < work->count; i++) {
             const int32_t k = work->chosen[i];
             const double e = perp__step_contact(world, island, k)->restitution;
-            const int32_t is_hit = work->gap[k] <= 0.0 || e * work->impulse[3 * i] > 0.0;
+            const bool is_hit = work->gap[k] <= 0.0 || e * work->impulse[3 * i] > 0.0;
 
             came += is_hit && work->gap[k] > -INFINITY;
             work->gap[k] = is_hit ? -INFINITY : work->gap[k];

@@ -5,7 +5,7 @@
 
 #include "base/groups.h"
 
-static int32_t joins(const perp__contact_set *set, int32_t i, int32_t pressing)
+static bool joins(const perp__contact_set *set, int32_t i, bool pressing)
 {
     const perp__contact_flags *flags = &set->flags[i];
 
@@ -71,7 +71,7 @@ static void list_contact(perp_world *world, const perp__contact_set *set, perp__
 }
 
 /* Lists the contacts of each island. */
-static void order_contacts(perp_world *world, const perp__contact_set *set, int32_t pressing)
+static void order_contacts(perp_world *world, const perp__contact_set *set, bool pressing)
 {
     int32_t offset = 0;
 
@@ -142,7 +142,7 @@ static void lay_out_order(perp__arena *arena, void *object)
         perp__arena_take(arena, (size_t)world->joint_capacity, sizeof *world->joint_order);
 }
 
-perp_status perp__build_islands(perp_world *world, const perp__contact_set *set, int32_t pressing)
+perp_status perp__build_islands(perp_world *world, const perp__contact_set *set, bool pressing)
 {
     const size_t sizes[3] = {(size_t)world->contacts.capacity, (size_t)world->overlaps.capacity,
                              (size_t)world->joint_capacity};

@@ -72,7 +72,7 @@ void perp__release_lanes(perp_world *world)
 
 /* ---- islands ---- */
 
-int32_t perp__shares_islands(const perp_world *world)
+bool perp__shares_islands(const perp_world *world)
 {
     const perp__island *last = world->islands + world->island_count - 1;
 
@@ -83,7 +83,7 @@ int32_t perp__shares_islands(const perp_world *world)
 /* Whether it is not a lane's: all threads take part, one island after the others, as it dwarfs
  * them; or something moves it as it is told. What does is numbered within the island at hand, and
  * may be next to others. */
-static int32_t stays(const perp_world *world, const perp__island *island)
+static bool stays(const perp_world *world, const perp__island *island)
 {
     const perp__island *last_one = world->islands + world->island_count - 1;
     const double self = (double)island->bodies + island->contacts;

@@ -190,7 +190,7 @@ void perp__gather_bodies(perp_world *world, const perp__island *island)
 }
 
 double perp__row_velocity(const perp_world *world, int32_t i, int32_t k, const double *x,
-                          int32_t bodies, int32_t carried)
+                          int32_t bodies, bool carried)
 {
     const perp__island_work *work = &world->work;
     const perp__rigid_rows *rows = &work->rows[i];

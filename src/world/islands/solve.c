@@ -16,7 +16,7 @@
 
 #include "world/islands/lanes.h"
 
-int32_t perp__goes_freely(const perp_world *world, int32_t body)
+bool perp__goes_freely(const perp_world *world, int32_t body)
 {
     const perp__motion *motion = &world->motions[body];
 
@@ -24,7 +24,7 @@ int32_t perp__goes_freely(const perp_world *world, int32_t body)
 }
 
 /* Whether something closes if nothing acts: by the end of the step, or its velocities, on arcs. */
-static int32_t closes(perp_world *world, const perp__island *island, double h)
+static bool closes(perp_world *world, const perp__island *island, double h)
 {
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
@@ -62,7 +62,7 @@ static void leave_alone(perp_world *world, const perp__island *island)
 }
 
 /* The exact solution; what time does not suffice for is swept, as what begins after it is. */
-static perp_status follow(perp_world *world, const perp__island *island, double h, int32_t known,
+static perp_status follow(perp_world *world, const perp__island *island, double h, bool known,
                           const perp__verdict *before, perp__verdict *verdict)
 {
     perp_status status;
@@ -102,9 +102,9 @@ static perp_status solve_island(perp_world *world, int32_t number, double h, per
                             .jointed = island->joints > 0,
                             .coarse = verdict->coarse,
                             .turn = verdict->turn};
-    const int32_t exact = perp__is_worth_exact(world, island);
-    const int32_t known = exact && verdict->jointed && verdict->impacts == 0;
-    const int32_t swept = verdict->sketched && !world->sketches; /* to no answer */
+    const bool exact = perp__is_worth_exact(world, island);
+    const bool known = exact && verdict->jointed && verdict->impacts == 0;
+    const bool swept = verdict->sketched && !world->sketches; /* to no answer */
     perp_status status = PERP_OK;
 
     if (island->joints > 0 && !verdict->jointed)
@@ -139,12 +139,12 @@ static perp_status solve_island(perp_world *world, int32_t number, double h, per
 /* Whether a body turns so far about a point that presses on it, its radius aside, that the point
  * goes elsewhere along the normal than its rate says, h^2/2 n.(w x (w x r)), by more than the half
  * widths of both shapes: then it can be beyond the other one. Joints have perp__is_rough(). */
-static int32_t turns_far(const perp_world *world, int32_t i, double h)
+static bool turns_far(const perp_world *world, int32_t i, double h)
 {
     const perp__world_contact *contact = &world->contacts.contacts[i];
     const perp__shape *a = &world->shapes[contact->shape_a];
     const perp__shape *b = &world->shapes[contact->shape_b];
-    int32_t far = 0;
+    bool far = 0;
 
     for (int32_t side = 0; side < 2; side++) {
         const int32_t body = side == 0 ? contact->body_a : contact->body_b;
@@ -166,7 +166,7 @@ void perp__conclude_one(perp_world *world, int32_t number, double h, perp__verdi
                         perp_status status, int32_t *last)
 {
     const perp__island *island = &world->islands[number];
-    const int32_t no_projection = verdict->swept && !perp__has_put(world, island);
+    const bool no_projection = verdict->swept && !perp__has_put(world, island);
 
     if (verdict->stands && verdict->rides && verdict->impacts == 0)
         perp__ride(world, island, h);

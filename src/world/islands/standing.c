@@ -47,8 +47,8 @@ static void link_unit(perp_world *world, const perp__island *island, int32_t i, 
 
 /* Returns 0 where unit i makes its bodies move, whatever the forces. What is open, or what only a
  * motion would bring about, carries nothing. A motor without its speed is a force, all it may. */
-static int32_t write_unit(const perp_world *world, const perp__island *island, int32_t i,
-                          int32_t ignores, perp__statics_unit *unit, int32_t *from)
+static bool write_unit(const perp_world *world, const perp__island *island, int32_t i, bool ignores,
+                       perp__statics_unit *unit, int32_t *from)
 {
     const perp__island_work *work = &world->work;
     const perp__rigid_rows *rows = &work->rows[i];
@@ -86,8 +86,8 @@ static int32_t write_unit(const perp_world *world, const perp__island *island, i
 }
 
 /* Whether the unit is of something that moves otherwise than what carries. */
-static int32_t is_of_other(const perp_world *world, const perp__island *island,
-                           const perp__carrying *carrying, int32_t i)
+static bool is_of_other(const perp_world *world, const perp__island *island,
+                        const perp__carrying *carrying, int32_t i)
 {
     const int32_t k = i - world->work.count;
     const int32_t *body = k < 0 ? perp__step_flags(world, island, world->work.chosen[i])->body
@@ -99,20 +99,20 @@ static int32_t is_of_other(const perp_world *world, const perp__island *island,
 }
 
 /* Whether unit i is of something that moves, by work.still or as it is told. */
-static int32_t moves(const perp_world *world, const perp__island *island, int32_t i)
+static bool moves(const perp_world *world, const perp__island *island, int32_t i)
 {
     const int32_t *body = world->work.rows[i].body, n = world->dof;
-    int32_t any = body[0] >= island->bodies || body[1] >= island->bodies;
+    bool any = body[0] >= island->bodies || body[1] >= island->bodies;
 
     for (int32_t side = 0; side < 2 && !any; side++)
         any = body[side] >= 0 && !perp__is_zero(world->work.still + n * body[side], n);
     return any;
 }
 
-int32_t perp__gather_standing(perp_world *world, const perp__island *island,
-                              const perp__carrying *carrying, int32_t ignores)
+bool perp__gather_standing(perp_world *world, const perp__island *island,
+                           const perp__carrying *carrying, bool ignores)
 {
-    const int32_t partly = carrying && carrying->motion == PERP__CARRIED_PARTLY;
+    const bool partly = carrying && carrying->motion == PERP__CARRIED_PARTLY;
     perp__island_work *work = &world->work;
     perp__statics_rows *rows = &work->stand_rows;
     int32_t links = 0, from;
@@ -188,10 +188,9 @@ static void mix(uint64_t *key, const void *data, size_t bytes)
 
 /* Of the contacts' keys, and what was decided of them. Returns 0 where nothing was, or of others:
  * what pressed is open, what only a motion brings about came, or sweeps take out what is deep. */
-static int32_t find_key(const perp_world *world, const perp__island *island, int32_t swept,
-                        uint64_t *key)
+static bool find_key(const perp_world *world, const perp__island *island, bool swept, uint64_t *key)
 {
-    int32_t any = 0;
+    bool any = 0;
 
     for (int32_t i = 0; i < PERP__STANDING_WORDS; i++)
         key[i] = 0x243F6A8885A308D3u + (uint64_t)i;
@@ -261,7 +260,7 @@ static perp_status set_up(const perp_world *world, perp__statics *statics)
 /* Adjusts decided impulses to work.stand_forces, by the rows of the contacts, those at hand if they
  * are `posed`, and their factor in the metric of the decision: what had no impulse has none. */
 static perp_status adjust(perp_world *world, const perp__island *island, const uint64_t *key,
-                          int32_t posed, perp__statics_answer *answer, int32_t *adjusted)
+                          bool posed, perp__statics_answer *answer, int32_t *adjusted)
 {
     perp__island_work *work = &world->work;
     int32_t is_known;
@@ -290,7 +289,7 @@ static perp_status adjust(perp_world *world, const perp__island *island, const u
 }
 
 perp_status perp__stand_as_decided(perp_world *world, const perp__island *island,
-                                   const perp__carrying *carrying, int32_t swept, double *unbalance)
+                                   const perp__carrying *carrying, bool swept, double *unbalance)
 {
     perp__island_work *work = &world->work;
     perp__statics_answer answer = {.r = work->stand_r};
@@ -314,7 +313,7 @@ perp_status perp__stand_as_decided(perp_world *world, const perp__island *island
         return status;
     *unbalance = answer.unbalance;
     for (int32_t i = 0; i < island->contacts; i++) {
-        const int32_t rubs = perp__step_flags(world, island, i)->rubs;
+        const bool rubs = perp__step_flags(world, island, i)->rubs;
         const int32_t rows = !rubs ? 1 : world->settings.planar ? 2 : 3;
         double *next = perp__step_response(world, island, i)->next;
 
@@ -326,7 +325,7 @@ perp_status perp__stand_as_decided(perp_world *world, const perp__island *island
 }
 
 /* Impulses and velocities of what stands: as it was decided, or as that was adjusted. */
-static void take_answer(perp_world *world, const perp__island *island, int32_t decided)
+static void take_answer(perp_world *world, const perp__island *island, bool decided)
 {
     perp__island_work *work = &world->work;
 
@@ -392,7 +391,7 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
     const int32_t *size = &work->stand_rows.size;
     perp__statics *statics;
     perp__carrying begun;
-    const int32_t begins = !verdict->moves && perp__begins_standing(world, island, 0, &begun);
+    const bool begins = !verdict->moves && perp__begins_standing(world, island, 0, &begun);
     perp_status status;
 
     verdict->stands = 0;
@@ -450,12 +449,12 @@ static double change_of(const perp_world *world, const perp__island *island, int
 
 /* work.still := work.v, but 0 of what began at rest, `slowly`: and has less than forces make of it;
  * *change: of what moves. Returns whether it can be asked: it changes, and no swept one is deep. */
-static int32_t part(perp_world *world, const perp__island *island, int32_t slowly, int32_t swept,
-                    double *change)
+static bool part(perp_world *world, const perp__island *island, int32_t slowly, bool swept,
+                 double *change)
 {
     perp__island_work *work = &world->work;
     const int32_t n = world->dof;
-    int32_t may = 0;
+    bool may = 0;
 
     *change = 0.0;
     if (world->settings.cone != 0 && !world->settings.planar) /* statics has the exact one */
@@ -479,12 +478,12 @@ static int32_t part(perp_world *world, const perp__island *island, int32_t slowl
 }
 
 /* A key of the rows at hand, and of what was decided; 0 where nothing was, or joints take part. */
-static int32_t find_posed_key(const perp_world *world, const perp__island *island, uint64_t *key)
+static bool find_posed_key(const perp_world *world, const perp__island *island, uint64_t *key)
 {
     const perp__island_work *work = &world->work;
     const perp__statics_rows *rows = &work->stand_rows;
     size_t numbers = 0;
-    int32_t any = 0;
+    bool any = 0;
 
     for (int32_t i = 0; i < PERP__STANDING_WORDS; i++)
         key[i] = (uint64_t)rows->nodes << 32 | (uint64_t)i; /* some have no row */
@@ -502,7 +501,7 @@ static int32_t find_posed_key(const perp_world *world, const perp__island *islan
     return any && work->units == work->count;
 }
 
-perp_status perp__stand_partly(perp_world *world, const perp__island *island, int32_t swept,
+perp_status perp__stand_partly(perp_world *world, const perp__island *island, bool swept,
                                double *residual)
 {
     static const perp__carrying partly = {PERP__CARRIED_PARTLY, -1, 0};

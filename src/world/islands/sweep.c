@@ -23,7 +23,7 @@
 
 /* What moves heavily over what moves lightly: a mass, or where turns count the inertia about some
  * axis beside the body's size. */
-static double mass_ratio(const perp_world *world, const perp__island *island, int32_t turns)
+static double mass_ratio(const perp_world *world, const perp__island *island, bool turns)
 {
     double least = INFINITY, most = 0.0;
 
@@ -50,15 +50,15 @@ double perp__swept_tol(const perp_world *world)
                : perp__level_of(world)->tol;
 }
 
-int32_t perp__is_few(const perp_world *world, const perp__island *island, int32_t most)
+bool perp__is_few(const perp_world *world, const perp__island *island, int32_t most)
 {
     return island->contacts + 2 * island->joints <= most * (world->settings.planar ? 4 : 1);
 }
 
-int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island)
+bool perp__is_worth_exact(const perp_world *world, const perp__island *island)
 {
     const perp_world_settings *settings = &world->settings;
-    int32_t swept = perp__level_of(world)->sweeps_few && island->bodies > 1 && island->joints == 0;
+    bool swept = perp__level_of(world)->sweeps_few && island->bodies > 1 && island->joints == 0;
 
     /* sweeps serve for a few bodies as well where they are cheaper beside others (lanes.h), and no
      * impact has an instant to be found */
@@ -73,9 +73,9 @@ int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island
 }
 
 /* Contacts with restitution that pressed and had come faster than what the forces make. */
-static int32_t has_impacts(const perp_world *world, const perp__island *island)
+static bool has_impacts(const perp_world *world, const perp__island *island)
 {
-    const int32_t lies = perp__lies_on_something(world, island);
+    const bool lies = perp__lies_on_something(world, island);
 
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
@@ -151,7 +151,7 @@ double perp__deep_overlap(const perp__world_contact *contact)
     return TOO_DEEP * PERP__NEAR * contact->size;
 }
 
-int32_t perp__is_deep(const perp__world_contact *contact)
+bool perp__is_deep(const perp__world_contact *contact)
 {
     return contact->gap < -perp__deep_overlap(contact);
 }
@@ -231,7 +231,7 @@ perp_status perp__begin_sweep(perp_world *world, const perp__island *island, dou
 {
     perp__island_work *work = &world->work;
     perp__carrying carrying;
-    int32_t may;
+    bool may;
     perp_status status = PERP_OK;
 
     perp__gather_bodies(world, island);
@@ -289,7 +289,7 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     perp__rounds rounds = {
         .change = INFINITY, .most = 1, .coarse = verdict->coarse, .turn = verdict->turn};
     perp__sweeping sweeping;
-    int32_t again = 1;
+    bool again = 1;
     /* 1. the question whether it stands, of what begins so, or came so near in the last step */
     perp_status status = perp__begin_sweep(world, island, h, verdict, &sweeping);
 
@@ -310,7 +310,7 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
                                perp__swept_tol(world) + rounds.turn * rounds.turn)) {
             /* beyond second order: rows of the beginning give none */
             perp__stop_trial(world, island);
-            again = rounds.coarse = 1;
+            rounds.coarse = again = 1;
         }
         if (again) {
             verdict->coarse = 1;

@@ -34,7 +34,7 @@ static void begin_gaps(perp_world *world, const perp__island *island, double t)
 
 /* Contacts that ways take deep, as heavy bodies pull light ones into an edge, take part when a pass
  * is taken again; not what is out in a step, where something `opens`. Returns how many came. */
-static int32_t shut_contacts(perp_world *world, const perp__island *island, int32_t opens)
+static int32_t shut_contacts(perp_world *world, const perp__island *island, bool opens)
 {
     perp__island_work *work = &world->work;
     int32_t came = 0;

@@ -34,7 +34,7 @@ static void take_off_list(perp_world *world, int32_t slot, int32_t side)
     *link = world->joints[slot].next[side];
 }
 
-int32_t perp__joint_parts(const perp_world *world, int32_t a, int32_t b)
+bool perp__joint_parts(const perp_world *world, int32_t a, int32_t b)
 {
     const int32_t sum = a + b, from = perp__is_dynamic(world, a) ? a : b; /* the ground has many */
 
@@ -154,7 +154,7 @@ static perp_status check_bodies(const perp_world *world, int32_t slots[2], perp_
 /* ---- making one ---- */
 
 void perp__view_of_states(const perp_world *world, const perp__joint *joint,
-                          const perp__state *states, double before, int32_t equations,
+                          const perp__state *states, double before, bool equations,
                           perp__joint_view *view)
 {
     perp__placement places[2];
@@ -173,7 +173,7 @@ void perp__view_of_states(const perp_world *world, const perp__joint *joint,
 static void attach(const perp_world *world, perp__joint *joint, const perp_joint_settings *settings,
                    const double *n)
 {
-    const int32_t in_plane = world->settings.planar && n[2] == 0.0;
+    const bool in_plane = world->settings.planar && n[2] == 0.0;
     const int32_t i = fabs(n[0]) > 0.9 ? 1 : 0;
     double axes[3][3] = {{n[0], n[1], n[2]}}, arm[3];
 
@@ -192,7 +192,7 @@ static void attach(const perp_world *world, perp__joint *joint, const perp_joint
 
     /* 2. in the frames of both bodies */
     for (int32_t side = 0; side < 2; side++) {
-        const int32_t is_other = side == 1 && settings->kind == PERP_JOINT_DISTANCE;
+        const bool is_other = side == 1 && settings->kind == PERP_JOINT_DISTANCE;
         const perp__state *state = &world->states[joint->body[side]];
         double R[9];
 
@@ -204,7 +204,7 @@ static void attach(const perp_world *world, perp__joint *joint, const perp_joint
     }
 }
 
-int32_t perp__joint_works(const perp_world *world, int32_t i)
+bool perp__joint_works(const perp_world *world, int32_t i)
 {
     const perp__joint *joint = &world->joints[i];
     const perp__body *a, *b;
@@ -267,7 +267,7 @@ static perp_status read_length(const perp_world *world, const perp__joint *joint
 /* Gives a joint a slot, and puts it on the lists of its bodies; returns the slot. */
 static int32_t place_joint(perp_world *world, perp__joint *made)
 {
-    const int32_t again = world->free_joint >= 0;
+    const bool again = world->free_joint >= 0;
     const int32_t slot = again ? world->free_joint : world->joint_slots++;
 
     made->generation = again ? world->joints[slot].generation : 1;
@@ -385,7 +385,7 @@ static perp_status get_joint(const perp_world *world, perp_joint_state *state, p
     perp__joint_view view;
     const perp__joint *joint;
     const perp__joint_state *laws;
-    int32_t slot;
+    int32_t slot = 0;
     perp_status status = PERP__CHECK(perp_joint_state, world->context, state);
 
     PERP__THEN(status, find_joint(world, &slot, id));

@@ -15,7 +15,7 @@
 
 #include "world/joints/joints.h"
 
-static double tolerance_of(const perp__joint_view *view, double most, int32_t is_length)
+static double tolerance_of(const perp__joint_view *view, double most, bool is_length)
 {
     return is_length ? fmax(most * view->size, view->rounding) : most;
 }
@@ -25,8 +25,8 @@ static double tolerance_of(const perp__joint_view *view, double most, int32_t is
 static double error_of(const perp_world *world, perp__joint *joint)
 {
     const perp__joint_state *state = perp__state_of(world, joint);
-    const int32_t turns = joint->kind == PERP_JOINT_REVOLUTE || joint->kind == PERP_JOINT_SCREW;
-    const int32_t swept = world->roles[joint->body[0]].swept || world->roles[joint->body[1]].swept;
+    const bool turns = joint->kind == PERP_JOINT_REVOLUTE || joint->kind == PERP_JOINT_SCREW;
+    const bool swept = world->roles[joint->body[0]].swept || world->roles[joint->body[1]].swept;
     const double allowed = swept ? PERP__NEGLIGIBLE : PERP__IN_PLACE;
     perp__joint_view *view = &joint->end;
     double sum = 0.0, excess;
@@ -34,7 +34,7 @@ static double error_of(const perp_world *world, perp__joint *joint)
     perp__view_of_states(world, joint, world->next, state->coordinate, 1, view);
     joint->allowed = tolerance_of(view, allowed, 1);
     for (int32_t k = 0; k < view->count; k++) {
-        const int32_t is_length = perp__is_length(world, joint, k);
+        const bool is_length = perp__is_length(world, joint, k);
 
         if (fabs(view->error[k]) > tolerance_of(view, allowed, is_length))
             sum += fabs(view->error[k]) * (is_length ? 1.0 : view->size);
@@ -81,7 +81,7 @@ void perp__write_row(const perp_world *world, const int32_t body[2], const doubl
 
 /* What velocities in some states make of a row; of bodies that move as they are `told` alone. */
 static double rate_of(const perp_world *world, const perp__joint *joint, const perp__state *states,
-                      const perp__joint_view *view, int32_t row, int32_t told)
+                      const perp__joint_view *view, int32_t row, bool told)
 {
     double rate = 0.0;
 
@@ -96,8 +96,8 @@ static double rate_of(const perp_world *world, const perp__joint *joint, const p
 }
 
 /* Whether a joint has equation k in the next states, the lock being the last. */
-static int32_t has_row(const perp_world *world, const perp__joint *joint, int32_t k,
-                       perp__row_kind which)
+static bool has_row(const perp_world *world, const perp__joint *joint, int32_t k,
+                    perp__row_kind which)
 {
     return (k < joint->end.count ||
             (k == PERP__SLOT_LOCK && perp__is_locked(perp__state_of(world, joint)) &&
@@ -186,8 +186,8 @@ void perp__pose_positions(perp_world *world, const perp__island *island, perp__r
 /* Whether joints have the velocities of the bodies: what else there is of them is no more than that
  * share of the terms; where the step ends of speeds beside the joint's size, too, whose rounding
  * turns have. */
-static int32_t are_on_joints(const perp_world *world, const perp__island *island,
-                             const perp__state *states, double most)
+static bool are_on_joints(const perp_world *world, const perp__island *island,
+                          const perp__state *states, double most)
 {
     for (int32_t i = 0; i < island->joints; i++) {
         const perp__joint *joint = perp__island_joint(world, island, i);
@@ -311,10 +311,10 @@ double perp__energy_given(const perp_world *world, const perp__island *island)
 /* More than all that moves came from the way, as far as velocities were solved: then bodies stay
  * where they were, or the frame takes them, and what is too much is what their velocities gained.
  * Returns if they stay. */
-static int32_t keep_energy(perp_world *world, const perp__island *island, double given)
+static bool keep_energy(perp_world *world, const perp__island *island, double given)
 {
     double kept[3], frame[3];
-    int32_t stays;
+    bool stays;
 
     (void)perp__find_frame(world, island, frame);
     velocity_to_keep(world, island, kept);

@@ -60,7 +60,7 @@ static void fill_row(perp_world *world, const perp__island *island, const perp__
     }
 }
 
-int32_t perp__has_direction(const perp__joint_view *view)
+bool perp__has_direction(const perp__joint_view *view)
 {
     const double(*row)[6] = view->rows[PERP__JOINT_ROWS];
 
@@ -280,7 +280,7 @@ void perp__add_joint_impulses(perp_world *world, const double *impulse, double s
     }
 }
 
-int32_t perp__limits_last(const perp_world *world)
+bool perp__limits_last(const perp_world *world)
 {
     const perp__island_work *work = &world->work;
 

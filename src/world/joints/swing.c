@@ -7,9 +7,9 @@
  * of the path itself. What is left to do at its end is in projection.c. */
 #include "world/joints/joints.h"
 
-int32_t perp__swings(const perp_world *world, const perp__island *island)
+bool perp__swings(const perp_world *world, const perp__island *island)
 {
-    int32_t swings = island->joints > 0 && island->contacts == 0;
+    bool swings = island->joints > 0 && island->contacts == 0;
 
     for (int32_t i = 0; i < island->joints && swings; i++) {
         const perp__joint *joint = perp__island_joint(world, island, i);
@@ -40,7 +40,7 @@ perp_status perp__solve_equations(perp_world *world, const perp__island *island,
 
 /* x := y with angular velocities as bodies see them that turn along their paths, or back. */
 static void turn_numbers(perp_world *world, const perp__island *island, double *x, const double *y,
-                         int32_t back)
+                         bool back)
 {
     const int32_t n = world->dof;
 
@@ -72,7 +72,7 @@ static void check_equations(perp_world *world, const perp__island *island, doubl
                             perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
-    int32_t still = work->carriers == 0;
+    bool still = work->carriers == 0;
     const perp__evidence evidence = {
         .sound = 1, .tested = tested, .own_residual = tested, .backward = tested};
 
@@ -152,12 +152,12 @@ static void swap_rows(perp_world *world, int32_t count)
 static void hold_joint(perp_world *world, int32_t from, int32_t end, int32_t held)
 {
     perp__island_work *work = &world->work;
-    const int32_t turned = work->joint_units[held].slot == PERP__SLOT_UPPER;
+    const bool turned = work->joint_units[held].slot == PERP__SLOT_UPPER;
     const double bias = work->rows[held].bias[0];
 
     for (int32_t i = from; i < end; i++) {
         perp__rigid_rows *rows = &work->rows[i];
-        const int32_t same = (work->joint_units[i].slot == PERP__SLOT_UPPER) == turned;
+        const bool same = (work->joint_units[i].slot == PERP__SLOT_UPPER) == turned;
         const double u = rows->bias[0] - (same ? bias : -bias);
 
         rows->dim = i == held;
@@ -212,8 +212,8 @@ static int32_t exchange_joint(perp_world *world, const perp__island *island, int
 }
 
 /* Joints that begin, or make exchanges: of these at most so many. Returns how many did. */
-static int32_t exchange(perp_world *world, const perp__island *island, int32_t count,
-                        int32_t begins, int32_t most, double tol)
+static int32_t exchange(perp_world *world, const perp__island *island, int32_t count, bool begins,
+                        int32_t most, double tol)
 {
     const perp__joint_unit *units = world->work.joint_units;
     int32_t wrong = 0;
@@ -231,12 +231,12 @@ static int32_t exchange(perp_world *world, const perp__island *island, int32_t c
 
 /* The velocities `base`, with the impulses of rows at their bounds, which pull with all they may.
  * Returns whether there are any. */
-static int32_t push_by_bounds(perp_world *world, const perp__island *island, const double *base,
-                              int32_t count)
+static bool push_by_bounds(perp_world *world, const perp__island *island, const double *base,
+                           int32_t count)
 {
     perp__island_work *work = &world->work;
     const int32_t n = world->dof;
-    int32_t pushed = 0;
+    bool pushed = 0;
 
     memcpy(work->free, base, (size_t)(n * island->bodies) * sizeof *base);
     for (int32_t i = 0; i < 2 * count; i++) {

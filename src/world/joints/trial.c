@@ -36,7 +36,7 @@
 static void pose_along(const perp_world *world, int32_t body, double t, perp__placement *pose)
 {
     const perp__motion *motion = &world->motions[body];
-    const int32_t moves = perp__is_dynamic(world, body);
+    const bool moves = perp__is_dynamic(world, body);
     perp__state state = world->states[body];
     double drift[6] = {0.0}, turn[3];
 
@@ -76,7 +76,7 @@ static void path_along(const perp_world *world, int32_t body, double t, perp__pa
     const double *spin = world->motions[body].trial + 3;
     const double u[3] = {t * spin[0], t * spin[1], t * spin[2]};
     const double a = perp__length3(u), s = sin(0.5 * a) / a;
-    const int32_t small = a < 0x1p-27;
+    const bool small = a < 0x1p-27;
     const double first = small ? 0.5 : 2.0 * s * s;
     const double second = small ? 0.0 : (a - sin(a)) / a / a / a;
 
@@ -145,8 +145,8 @@ static void turn_mass(perp_world *world, int32_t body, double t)
 }
 
 /* A joint that has limits, but for its equations, at a time along the trial motion. */
-static int32_t view_there(const perp_world *world, const perp__joint *joint, double t,
-                          perp__joint_view *view)
+static bool view_there(const perp_world *world, const perp__joint *joint, double t,
+                       perp__joint_view *view)
 {
     const perp__joint_state *state = perp__state_of(world, joint);
     perp__placement places[2];
@@ -242,7 +242,7 @@ static void view_beside_contacts(const perp_world *world, perp__joint *joint,
 }
 
 /* Whether the trial motion is that before the step. */
-static int32_t goes_on(const perp_world *world, int32_t body)
+static bool goes_on(const perp_world *world, int32_t body)
 {
     const perp__motion *motion = &world->motions[body];
 
@@ -252,8 +252,8 @@ static int32_t goes_on(const perp_world *world, int32_t body)
 
 void perp__place_joints(perp_world *world, const perp__island *island, double t)
 {
-    const int32_t swings = perp__swings(world, island) && world->work.carriers == 0;
-    const int32_t whole = t == world->step_length && world->work.gone == 0.0 && !swings;
+    const bool swings = perp__swings(world, island) && world->work.carriers == 0;
+    const bool whole = t == world->step_length && world->work.gone == 0.0 && !swings;
     const int32_t beside = island->contacts > 0 ? 2 : 1;
 
     world->work.span = t;
@@ -320,7 +320,7 @@ void perp__place_joints(perp_world *world, const perp__island *island, double t)
  * than is linear: than half-way, and where contacts are frozen as they were than at first. */
 static double turn_of(const perp_world *world, const perp__island *island)
 {
-    const int32_t swings = perp__swings(world, island);
+    const bool swings = perp__swings(world, island);
     double largest = 0.0;
 
     for (int32_t k = 0; k < 2 * island->joints; k++) {
@@ -361,7 +361,7 @@ void perp__aim_joints(perp_world *world, const perp__island *island)
     }
 }
 
-void perp__begin_joints(perp_world *world, const perp__island *island, double h, int32_t known)
+void perp__begin_joints(perp_world *world, const perp__island *island, double h, bool known)
 {
     world->work.length = h;
     for (int32_t i = 0; i < island->bodies; i++) {
@@ -376,7 +376,7 @@ void perp__find_limits(perp_world *world, const perp__island *island, double ahe
 {
     for (int32_t i = 0; i < island->joints; i++) {
         perp__joint *joint = perp__island_joint(world, island, i);
-        const int32_t turns = joint->kind == PERP_JOINT_REVOLUTE || joint->kind == PERP_JOINT_SCREW;
+        const bool turns = joint->kind == PERP_JOINT_REVOLUTE || joint->kind == PERP_JOINT_SCREW;
         double rate = 0.0, terms = 0.0, rounding;
         perp__joint_view view;
 
@@ -479,7 +479,7 @@ static void measure_change(const perp_world *world, const perp__island *island, 
     const perp__island_work *work = &world->work;
     double *missed = work->tried + (size_t)PERP__TRIED * (size_t)(rounds->done * island->bodies);
     double *found = missed + 6 * island->bodies, common[6] = {0.0};
-    int32_t flies = perp__swings(world, island);
+    bool flies = perp__swings(world, island);
 
     /* what all bodies of an island that nothing holds take up in this round changes no row */
     for (int32_t k = 0; k < 2 * island->joints && flies; k++)
@@ -515,9 +515,9 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
                          perp__rounds *rounds)
 {
     const double before = rounds->change;
-    const int32_t swings = perp__swings(world, island);
+    const bool swings = perp__swings(world, island);
     const double settled = swings ? SETTLED : perp__exact_tol(world);
-    int32_t lost;
+    bool lost;
 
     /* 1. the motion that was found is the next trial; by how much it differs */
     rounds->turn = fmax(rounds->turn, turn_of(world, island)); /* of any of the paths tried */
@@ -552,7 +552,7 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
     return rounds->coarse;
 }
 
-int32_t perp__is_rough(const perp__rounds *rounds)
+bool perp__is_rough(const perp__rounds *rounds)
 {
     return (rounds->parts && !rounds->coarse) ||
            !(rounds->turn <= FAR && (rounds->coarse ? rounds->most == 1 : rounds->swerve <= FAR));
