@@ -71,8 +71,7 @@ typedef struct perp__rigid_rows {
 
 typedef struct perp__rigid_problem {
     int32_t width; /* 3 in the plane, 6 in space */
-    int32_t bodies, carriers;
-    int32_t contacts, joints;
+    int32_t bodies, carriers, contacts, joints;
     const double *factors; /* bodies by width by width, row-major: C of each, M^-1 = C C'; in space
                               diag(c, c, c) beside a 3 by 3 block */
     const double *free;    /* bodies + carriers by width: velocities without impulses */

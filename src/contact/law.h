@@ -12,8 +12,7 @@
 /* Sliding, rolling or spinning friction: `size` rows from `row` on, r_part in a disc (2 rows) or an
  * interval (1) of radius coefficient * r_n. */
 typedef struct perp__contact_part {
-    int32_t row;
-    int32_t size;
+    int32_t row, size;
     double coefficient;
 } perp__contact_part;
 

@@ -26,8 +26,7 @@ enum perp__contact_entrance {
 
 /* What a point is worth: the numbers of perp_contact_result, all from the caller's data. */
 typedef struct perp__contact_residuals {
-    double tested, own_residual, natural, backward;
-    double signorini_velocity, signorini_impulse, cone;
+    double tested, own_residual, natural, backward, signorini_velocity, signorini_impulse, cone;
     double dissipation_velocity, dissipation_impulse, bilateral;
     int32_t sound; /* everything that would be returned is finite */
 } perp__contact_residuals;
@@ -139,9 +138,7 @@ struct perp_contact_solver {
     int32_t n;                               /* velocities; 0 where W was given */
     int32_t entrance;                        /* PERP__NO_PROBLEM or how the problem came */
     int64_t setups;
-    int32_t contacts, rows, size;
-    int32_t has_discs;
-    int32_t *starts, *dims;
+    int32_t contacts, rows, size, has_discs, *starts, *dims;
     int32_t *two_sided; /* contacts: normals that hold both ways */
     int32_t holds_both; /* some have such */
     double *mu;

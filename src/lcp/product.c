@@ -42,8 +42,7 @@ typedef struct projected {
     double curvature; /* of `direction`, with `image`, if the next may be conjugate to it; else 0 */
     int32_t omega;    /* log2: scaled numbers are z / (D omega), D w / omega; */
     int32_t *exponents; /* and of D */
-    double *scale, *q, *lower, *upper;
-    double *x, *gradient, *best;
+    double *scale, *q, *lower, *upper, *x, *gradient, *best;
     double *free_part, *chopped, *direction, *image;
     double *kept, *kept_gradient; /* before an expansion */
     double *caller_z;

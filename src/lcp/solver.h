@@ -14,9 +14,7 @@
 
 /* What a point is worth: the numbers docs/lcp.md defines, all from the caller's data. */
 typedef struct perp__evaluation {
-    double natural;
-    double tested;
-    double backward;
+    double natural, tested, backward;
     int32_t finite; /* all of z and w */
     int32_t small;  /* every row's violation is at most tol |q_i|: the second witness agrees */
 } perp__evaluation;
@@ -51,8 +49,7 @@ struct perp_lcp_solver {
     perp__arena arena;
     int64_t setups; /* 0: no problem yet */
     int64_t shape;  /* the set-up since which arrays have needed no other sizes */
-    int32_t free_variables;
-    int32_t n;
+    int32_t free_variables, n;
     int32_t length; /* n; up to PERP__SMALL_LENGTH whole vectors: arrays are 0 from n to there */
     perp__matrix M;
     perp__matrix wide;        /* for products: M, with zeros to that length where M has them */

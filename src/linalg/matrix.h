@@ -12,13 +12,10 @@
 /* Dense entry (i,j) is values[i * row_stride + j * column_stride], one of the strides being 1; CSC
  * if column_starts is not NULL. */
 typedef struct perp__matrix {
-    int32_t rows;
-    int32_t columns;
-    size_t row_stride;
-    size_t column_stride;
+    int32_t rows, columns;
+    size_t row_stride, column_stride;
     const double *values;
-    const int32_t *column_starts;
-    const int32_t *row_indices;
+    const int32_t *column_starts, *row_indices;
 } perp__matrix;
 
 /* Checks a caller's view completely (struct, storage, sizes, leading dimension, index arrays,

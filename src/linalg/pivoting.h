@@ -9,8 +9,7 @@
 /* A matrix n by n, row by row. After the elimination E K = (I X; 0 0) in the order of `columns`:
  * rows of E beyond the rank annihilate K. Columns of E come in the place of those of K. */
 typedef struct perp__pivoting {
-    int32_t n;
-    int32_t rank;
+    int32_t n, rank;
     int32_t sign;     /* of the determinant; 0 where the rank is below n */
     double product;   /* of the pivots, without that sign */
     double *K;        /* overwritten: E's columns of the pivots' rows, then X */

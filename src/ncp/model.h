@@ -36,16 +36,14 @@ typedef struct perp__ncp_colours {
 typedef struct perp__ncp_control {
     double deadline;    /* on perp__now()'s clock; 0: none */
     perp_outcome ended; /* stopped or time_limit, once that has happened; else -1 */
-    int32_t method;
-    int32_t restarts;
+    int32_t method, restarts;
 } perp__ncp_control;
 
 typedef struct perp__ncp_model {
     perp_context *context;
     const perp_ncp_settings *settings;
     perp_ncp_problem problem; /* its pointers lead to copies */
-    int32_t n;
-    int32_t sparse;
+    int32_t n, sparse;
     double *lower, *upper; /* caller's units */
     int32_t *pattern_starts, *pattern_rows;
     int32_t *exponents;      /* log2 of D */

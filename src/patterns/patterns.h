@@ -42,8 +42,7 @@ typedef struct perp__answer {
     int32_t dimension; /* 0: isolated */
     int32_t vertices, rays;
     int32_t room; /* points */
-    int32_t at_vertex, stable, flutter;
-    int32_t eigenvalue_count;
+    int32_t at_vertex, stable, flutter, eigenvalue_count;
     int32_t kind, free; /* the user's own */
     double residual;
     double *points;         /* vertices, then rays */

@@ -9,11 +9,7 @@
 
 /* Tells which world the states belong to, and in which composition. */
 typedef struct snapshot_header {
-    uint64_t magic;
-    uint64_t world;
-    uint64_t edition;
-    uint64_t slots;
-    uint64_t memories;
+    uint64_t magic, world, edition, slots, memories;
 } snapshot_header;
 
 static snapshot_header header_of(const perp_world *world)

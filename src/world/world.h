@@ -29,10 +29,7 @@ typedef struct perp__state {
     double position[3];
     double orientation[4]; /* three dimensions */
     double angle;          /* planar */
-    double velocity[3];
-    double angular_velocity[3];
-    double force[3];
-    double torque[3];
+    double velocity[3], angular_velocity[3], force[3], torque[3];
     int64_t put;   /* PERP__PUT, PERP__PUT_INTO; 0: neither */
     double led[6]; /* of a kinematic body: the twist that it had in the last step */
 } perp__state;
@@ -40,29 +37,24 @@ typedef struct perp__state {
 /* What does not change in time. */
 typedef struct perp__body {
     uint32_t generation;
-    int32_t alive;
-    int32_t kind;
+    int32_t alive, kind;
     int32_t spherical;   /* inertia is a multiple of the identity: no gyroscopic term */
     double inverse_mass; /* 0 unless dynamic, as the matrices below */
     double radius;       /* of the sphere about the mass centre that holds the bounded shapes */
     int32_t first_joint; /* of its list, see perp__joint.next */
     int32_t first_shape; /* list of the shapes; -1: none */
-    int32_t shapes;
-    int32_t next_free;
+    int32_t shapes, next_free;
     /* rest.c */
     int32_t awake; /* is in world->awake */
     int32_t nap;   /* of a dynamic body that is asleep; -1: none */
     int32_t next_member;
-    double mass;
-    double inertia[9];
-    double inverse_inertia[9];
+    double mass, inertia[9], inverse_inertia[9];
     double factor[9];         /* C with inverse_inertia = C C' */
     double inverse_factor[9]; /* C^-1 */
     double given_mass;        /* of the settings; 0, inertia too: from the shapes */
     double given_inertia[9];
     double shape_mass; /* sum over the shapes; moments about the body's origin */
-    double shape_moment[3];
-    double shape_inertia[9];
+    double shape_moment[3], shape_inertia[9];
 } perp__body;
 
 /* Two shapes whose fat boxes overlap. Fields that every step reads of all pairs come first. */
@@ -100,9 +92,7 @@ typedef struct perp__memory {
     int32_t first; /* the shapes' slots */
     int32_t second;
     uint64_t feature;
-    double normal[3];
-    double position[3];
-    double impulse[3];
+    double normal[3], position[3], impulse[3];
     double base[3]; /* of an island at rest: the impulse that statics found */
 } perp__memory;
 
@@ -118,11 +108,7 @@ typedef struct perp__sleeping_contact {
 /* Bodies that fell asleep together, and the results of their last step. */
 typedef struct perp__nap {
     int32_t first; /* member; -1: free */
-    int32_t last;
-    int32_t next_free;
-    int32_t islands;
-    int32_t solved;
-    int32_t contacts;
+    int32_t last, next_free, islands, solved, contacts;
     int32_t tangents; /* rows of friction */
     int32_t rounded;  /* an island's outcome was rounding_limit */
     double residual;
@@ -130,14 +116,8 @@ typedef struct perp__nap {
 
 typedef struct perp__shape {
     uint32_t generation;
-    int32_t alive;
-    int32_t next_free;
-    int32_t body;
-    double friction;
-    double restitution;
-    double density;
-    double offset[3];
-    double rotation[9];
+    int32_t alive, next_free, body;
+    double friction, restitution, density, offset[3], rotation[9];
     double radius;    /* of the sphere about the shape's centre; 0 for a half-space */
     double reach;     /* of its points, from the mass centre; 0 for a half-space */
     double thickness; /* half of its least width; INFINITY for half-spaces and points */
@@ -221,13 +201,8 @@ typedef struct perp__world_contact {
     double axes[3][3];  /* normal, tangent 1, tangent 2 */
     double rounding;    /* gaps below this are not told apart from 0 */
     double size;        /* of the two bodies */
-    double friction;
-    double restitution;
-    int32_t body_a;
-    int32_t body_b;
-    int32_t shape_a;
-    int32_t shape_b;
-    int32_t pair;
+    double friction, restitution;
+    int32_t body_a, body_b, shape_a, shape_b, pair;
     int32_t round;           /* in which it was found */
     uint32_t generations[4]; /* of bodies and shapes */
 } perp__world_contact;
@@ -237,8 +212,7 @@ typedef struct perp__response {
     double remembered[3]; /* impulse of the last step, along the axes; */
     double warm[3];       /* and the one to start from */
     double next[3];       /* for the next step to start from */
-    double impulse[3];
-    double velocity[3];
+    double impulse[3], velocity[3];
     double base[3]; /* perp__memory */
     int32_t mode;   /* PERP_CONTACT_... */
     int32_t later;  /* next in the pair's list `late`; -1: none */
@@ -266,8 +240,7 @@ typedef struct perp__contact_set {
     int32_t included; /* how many are included, */
     int32_t rubbing;  /* of them, with friction, */
     int32_t early;    /* and how many were found in the first round */
-    int32_t count;
-    int32_t capacity;
+    int32_t count, capacity;
 } perp__contact_set;
 
 typedef struct perp__island {
@@ -341,23 +314,14 @@ struct perp_world {
     perp__state *states;
     int32_t *clusters; /* bodies joined by fixed joints: a forest (base/groups.h) */
     int32_t *awake;    /* bodies: in order, then those woken since */
-    int32_t awake_count;
-    int32_t roused_count;
-    int32_t awake_changed;
-    int32_t awake_shape_count;
-    int32_t body_slots;
+    int32_t awake_count, roused_count, awake_changed, awake_shape_count, body_slots;
     int32_t body_capacity;
     int32_t free_body; /* list of free slots, -1 at its end */
     perp__shape *shapes;
-    int32_t shape_slots;
-    int32_t shape_capacity;
-    int32_t free_shape;
+    int32_t shape_slots, shape_capacity, free_shape;
     perp__joint *joints;
     perp__joint_state *joint_states;
-    int32_t joint_slots;
-    int32_t joint_capacity;
-    int32_t free_joint;
-    int32_t joint_count;
+    int32_t joint_slots, joint_capacity, free_joint, joint_count;
     int32_t divides;  /* > 0: the step is one of so many parts; a rough one is given up */
     int32_t rough;    /* the last step was rough: perp__is_rough */
     uint64_t edition; /* counts bodies and joints added and removed */
@@ -380,18 +344,13 @@ struct perp_world {
     int32_t *awake_shapes;
     perp__arena order_arena;
     size_t fitted_order[3];
-    int32_t *contact_order;
-    int32_t *joint_order;
+    int32_t *contact_order, *joint_order;
     perp__arena island_arena;
     perp__island_work work;
     perp__tree tree; /* of the shapes' fat boxes */
-    int32_t first_plane;
-    int32_t planes_changed;
-    int32_t mark;
+    int32_t first_plane, planes_changed, mark;
     perp__pair *pairs;
-    int32_t pair_slots;
-    int32_t pair_capacity;
-    int32_t free_pair;
+    int32_t pair_slots, pair_capacity, free_pair;
     int32_t pair_count;      /* of what is awake */
     perp__keyed *pair_order; /* these, by their shapes; as much again for sorting */
     int32_t pairs_added;     /* count since the last sort, in the second half; */
@@ -399,8 +358,7 @@ struct perp_world {
     int32_t *met_pairs;      /* pairs that meet in the round at hand */
     perp__memory *memories;  /* pair by pair */
     perp__memory *next_memories;
-    int32_t memory_count;
-    int32_t memory_capacity;
+    int32_t memory_count, memory_capacity;
     int32_t memories_restored; /* from a snapshot, and not assigned to pairs yet */
     int32_t rounds;            /* of looking for contacts in this step */
     int32_t sketches;          /* solves only find what meets; exact solves follow */
@@ -430,15 +388,13 @@ struct perp_world {
     perp__nap asleep; /* all of them together */
     int32_t residual_changed;
     perp__sleeping_contact *sleeping;
-    int32_t sleeping_slots, kept_capacity, free_sleeping;
-    int32_t sleeping_count, sleeping_included;
+    int32_t sleeping_slots, kept_capacity, free_sleeping, sleeping_count, sleeping_included;
     int32_t first_orphan, orphan_count; /* sleeping contacts of ended pairs */
 
     perp__saved_state begun, tried; /* adaptive.c: before the call, before the step tried; */
     perp__saved_state whole;        /* the states after that step in one piece */
     perp_world_contact *records;    /* of the last step, when they were asked for */
-    int32_t record_count;
-    int32_t record_capacity;
+    int32_t record_count, record_capacity;
     int32_t recorded; /* they are up to date */
     perp_world_stats stats;
 };

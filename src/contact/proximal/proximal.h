@@ -37,8 +37,7 @@ typedef struct perp__proximal_part {
  * behind the normals. */
 typedef struct perp__discs {
     int32_t both; /* normals that hold both ways; 0: an ordinary one */
-    int32_t count;
-    int32_t sizes[3];
+    int32_t count, sizes[3];
     double radii[3];
 } perp__discs;
 

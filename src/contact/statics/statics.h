@@ -29,8 +29,7 @@ typedef struct perp__statics_unit {
 } perp__statics_unit;
 
 typedef struct perp__statics_link {
-    int32_t node;
-    int32_t reserved;
+    int32_t node, reserved;
     size_t at; /* of `values`: rows by width */
 } perp__statics_link;
 

@@ -16,8 +16,7 @@ struct perp_lcp_sensitivity {
     PERP__HANDLE;
     perp_lcp_solver *solver; /* the problem, its scaling, and z with its w */
     perp__arena arena;
-    int32_t n, count;
-    int32_t verdict;
+    int32_t n, count, verdict;
     int8_t *places;                      /* enum perp__place */
     int32_t *active;                     /* the rows that are between */
     int32_t *position;                   /* where a row is among them, or -1 */

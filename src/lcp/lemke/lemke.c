@@ -110,16 +110,15 @@ static double draw(int32_t stream, int32_t k)
 static void write_point(const perp__lemke *l, perp__lcp_iterate *iterate)
 {
     const perp__lcp_problem *p = l->head.problem;
-    int32_t i;
 
-    for (i = 0; i < p->n; i++) {
+    for (int32_t i = 0; i < p->n; i++) {
         iterate->z[i] = l->base[i];
         iterate->places[i] = PERP__FIXED;
     }
     for (int32_t k = 0; k < l->pairs; k++) {
         const bool upper_side = (l->at_upper[k] != 0) != (l->sign[k] < 0);
+        const int32_t i = l->index[k];
 
-        i = l->index[k];
         if (l->row_of[k] >= 0)
             iterate->z[i] += l->sign[k] * l->column_unit[k] * l->b[l->row_of[k]];
         else if (l->at_upper[k])
@@ -148,12 +147,12 @@ static void write_ray(const perp__lemke *l, perp__lcp_iterate *iterate)
 {
     const double least = l->basis->noise * perp__largest(l->column, l->pairs);
     const double dt = speed_of(l, perp__lemke_t(l), least);
-    int32_t i;
 
-    for (i = 0; i < l->head.problem->n; i++)
+    for (int32_t i = 0; i < l->head.problem->n; i++)
         iterate->ray[i] = iterate->covering[i] = 0.0;
     for (int32_t k = 0; k < l->pairs; k++) {
-        i = l->index[k];
+        const int32_t i = l->index[k];
+
         iterate->ray[i] += l->sign[k] * l->column_unit[k] * speed_of(l, k, least);
         if (l->twin[k] < 0 || l->sign[k] > 0)
             iterate->covering[i] = l->sign[k] * l->covering[k] / l->row_unit[k] * dt;

@@ -78,8 +78,7 @@ void perp__tableau_flush(perp__tableau *t);
 typedef struct perp__lemke_rows {
     size_t length; /* padding included */
     const double *b, *low, *high, *column;
-    double direction;
-    double slack;
+    double direction, slack;
     double smallest_pivot; /* relative to the column's largest entry; slower rows do not block */
     double noise;          /* the same for the row `always` */
     int32_t always;        /* this row blocks however slow it is, but for noise; -1: none such */

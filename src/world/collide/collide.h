@@ -74,8 +74,7 @@ static inline bool perp__is_ball_pair(const perp__placed *a, const perp__placed 
 
 /* An axis-aligned box around a shape; a plane's is infinite. */
 typedef struct perp__bounds {
-    double low[3];
-    double high[3];
+    double low[3], high[3];
 } perp__bounds;
 
 void perp__extent_of(const perp__placed *shape, double margin, perp__bounds *extent);

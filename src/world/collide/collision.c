@@ -146,11 +146,9 @@ static void narrow(double first, double last, double *enter, double *leave)
 
 /* Two shapes on their way, with the gates of their axes. */
 typedef struct course {
-    const perp__moving *a;
-    const perp__moving *b;
+    const perp__moving *a, *b;
     const perp__touch_tolerance *tolerance;
-    int32_t planar;
-    int32_t turning;
+    int32_t planar, turning;
     double gate[PERP__MAX_AXES];
     double bare[PERP__MAX_AXES]; /* gates without what a motion may close of them */
     double frame[2][9];          /* A's and B's, at the time looked at last */

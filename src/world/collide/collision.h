@@ -83,8 +83,7 @@ typedef struct perp__axis {
 /* The faces of A, those of B, then what edges make; separations of -INFINITY are none. */
 #define PERP__MAX_AXES (2 * (2 * PERP_MAX_HULL_CORNERS - 4) + 2)
 typedef struct perp__axes {
-    int32_t count;
-    int32_t faces[2];
+    int32_t count, faces[2];
     perp__axis axis[PERP__MAX_AXES];
 } perp__axes;
 

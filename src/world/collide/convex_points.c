@@ -36,9 +36,7 @@ typedef struct cutter {
     int32_t side; /* of the pair, whose face it is */
     int32_t face;
     int32_t p; /* of its rim */
-    double out[3];
-    double limit;
-    double tolerance;
+    double out[3], limit, tolerance;
 } cutter;
 
 static int32_t corner_feature(int32_t side, int32_t corner)

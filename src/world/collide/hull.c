@@ -18,16 +18,14 @@ enum { NONE = -1 };
 typedef struct triangle {
     int32_t corner[3]; /* numbers of corners */
     int32_t face;
-    double normal[3];
-    double offset;
+    double normal[3], offset;
     double area; /* twice the triangle's */
 } triangle;
 
 typedef struct work {
     perp_context *context;
     const double *points; /* the caller's */
-    int32_t count;
-    int32_t planar;
+    int32_t count, planar;
     double middle[3]; /* of the points' box */
     int exponent;     /* the points lie within 2^exponent of it */
     double flat;      /* what is less far beyond a face lies on it */

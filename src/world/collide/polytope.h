@@ -30,9 +30,7 @@ typedef struct perp__polytope {
 
 /* Numbers of a polytope that are made for a while. */
 typedef struct perp__polytope_room {
-    double corner[3 * PERP__MAX_CORNERS];
-    double normal[3 * PERP__MAX_FACES];
-    double offset[PERP__MAX_FACES];
+    double corner[3 * PERP__MAX_CORNERS], normal[3 * PERP__MAX_FACES], offset[PERP__MAX_FACES];
 } perp__polytope_room;
 
 /* Any shape but a half-space, in its own frame. */

@@ -43,10 +43,7 @@ typedef struct perp__joint_view {
 
 typedef struct perp__joint {
     uint32_t generation;
-    int32_t alive;
-    int32_t next_free;
-    int32_t kind;
-    int32_t body[2];
+    int32_t alive, next_free, kind, body[2];
     int32_t
         next[2]; /* in the lists of the two bodies: 1 + twice the joint's number + side; 0: end */
     int32_t collides;
@@ -73,8 +70,7 @@ typedef struct perp__joint {
 
 /* Where a body is. */
 typedef struct perp__placement {
-    double position[3];
-    double rotation[9];
+    double position[3], rotation[9];
 } perp__placement;
 
 /* From where to where it goes in an interval, turning about one axis. What it does to a point that
