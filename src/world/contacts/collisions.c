@@ -24,14 +24,14 @@ static uint32_t held_points(const perp_world *world, int32_t shape, int32_t owne
                             const double points[][3], int32_t count, double h, double t,
                             double depth, bool all)
 {
-    int32_t link = world->shapes[shape].first_link;
+    int32_t link = world->shapes.all[shape].first_link;
     uint32_t held = 0;
 
     while (link >= 0 && (all ? held != (1u << count) - 1u : !held && count > 0)) {
-        const perp__pair *pair = &world->pairs[link / 2];
+        const perp__pair *pair = &world->pairs.all[link / 2];
         const int32_t side = 1 - link % 2, other = side == 0 ? pair->first : pair->second;
-        const double *v = world->motions[pair->body[side]].moving;
-        const perp__placed *there = &world->placed[other];
+        const double *v = world->step.motions[pair->body[side]].moving;
+        const perp__placed *there = &world->step.placed[other];
         double between[3], reach = there->radius;
         perp__placed placed;
 
@@ -42,7 +42,7 @@ static uint32_t held_points(const perp_world *world, int32_t shape, int32_t owne
             reach += h * (fabs(v[0]) + fabs(v[1]) + fabs(v[2])) +
                      perp__turning(world, pair->body[side], pair->reach[side], h);
         for (int32_t i = 0; i < count; i++) {
-            perp__subtract3(between, points[i], world->placed[other].position);
+            perp__subtract3(between, points[i], world->step.placed[other].position);
             if (held >> i & 1u || perp__dot3(between, between) > reach * reach)
                 continue; /* or it comes nowhere near the point */
             if (t > 0.0 && there != &placed) {
@@ -98,8 +98,8 @@ static bool is_covered(const encounter *e, const perp__footing *at, double t, in
     uint32_t held;
     int32_t faces;
 
-    if (!perp__is_dynamic(world, world->shapes[shape].body) &&
-        world->bodies[world->shapes[owner].body].shapes < 2)
+    if (!perp__is_dynamic(world, world->shapes.all[shape].body) &&
+        world->bodies.all[world->shapes.all[owner].body].shapes < 2)
         return 0;
     faces = perp__probe_faces(placed, at, probes, normals);
     held = held_points(world, shape, owner, (const double(*)[3])probes, faces, e->h, t,
@@ -265,12 +265,12 @@ static int32_t open_points(const encounter *e, perp__collision *collision, doubl
 /* The normal along which the pair pressed in the last step; NULL if it did not. */
 static const double *pressed_along(const perp_world *world, const perp__pair *pair)
 {
-    for (int32_t i = pair->first_sleeping; i >= 0; i = world->sleeping[i].next)
-        if (!perp__is_zero3(world->sleeping[i].memory.impulse))
-            return world->sleeping[i].memory.normal;
+    for (int32_t i = pair->first_sleeping; i >= 0; i = world->sleep.contacts[i].next)
+        if (!perp__is_zero3(world->sleep.contacts[i].memory.impulse))
+            return world->sleep.contacts[i].memory.normal;
     for (int32_t i = 0; i < pair->memories; i++)
-        if (!perp__is_zero3(world->memories[pair->first_memory + i].impulse))
-            return world->memories[pair->first_memory + i].normal;
+        if (!perp__is_zero3(world->memory.all[pair->first_memory + i].impulse))
+            return world->memory.all[pair->first_memory + i].normal;
     return NULL;
 }
 
@@ -304,8 +304,8 @@ static bool touch_plainly(const encounter *e, perp__pair *pair, const perp__axes
 /* Whether the bodies begin the step at rest beside each other. */
 static bool begin_at_rest(const encounter *e)
 {
-    const double *a = e->world->motions[e->world->shapes[e->pair->first].body].start;
-    const double *b = e->world->motions[e->world->shapes[e->pair->second].body].start;
+    const double *a = e->world->step.motions[e->world->shapes.all[e->pair->first].body].start;
+    const double *b = e->world->step.motions[e->world->shapes.all[e->pair->second].body].start;
 
     return memcmp(a, b, 6 * sizeof *a) == 0 && perp__is_zero3(a + 3);
 }
@@ -340,7 +340,7 @@ static bool lean(const encounter *e, perp__pair *pair, const perp__axes *axes)
 {
     const perp_world *world = e->world;
     const double mu =
-        perp__pair_friction(&world->shapes[pair->first], &world->shapes[pair->second]);
+        perp__pair_friction(&world->shapes.all[pair->first], &world->shapes.all[pair->second]);
     double middle[3], within;
 
     pair->collision.axis = PERP__MIDDLE_AXIS;
@@ -400,8 +400,8 @@ static void note_clearance(const encounter *e, perp__pair *pair, const perp__axe
     double *apart = pair->collision.apart, separation;
 
     perp__subtract3(apart, b->position, a->position);
-    separation = perp__normalise3(apart) - e->world->shapes[pair->first].radius -
-                 e->world->shapes[pair->second].radius;
+    separation = perp__normalise3(apart) - e->world->shapes.all[pair->first].radius -
+                 e->world->shapes.all[pair->second].radius;
     for (int32_t k = 0; k < axes->count; k++)
         if (axes->axis[k].separation > separation) {
             separation = axes->axis[k].separation;
@@ -423,14 +423,14 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
     pair->plain = 1;
     if (pair->plane) { /* one normal at any distance: near ones come at once */
         const int32_t a = pair->body[0], b = pair->body[1];
-        const double *from = world->motions[a].moving, *to = world->motions[b].moving;
+        const double *from = world->step.motions[a].moving, *to = world->step.motions[b].moving;
         const double displacement = (fabs(h * to[0] - h * from[0]) + fabs(h * to[1] - h * from[1]) +
                                      fabs(h * to[2] - h * from[2])) +
                                     perp__turning(world, a, pair->reach[0], h) +
                                     perp__turning(world, b, pair->reach[1], h);
         const double due = perp__greater(perp__lesser(margin, 2.0 * displacement), touching);
 
-        made = perp__collide(&world->placed[pair->first], &world->placed[pair->second],
+        made = perp__collide(&world->step.placed[pair->first], &world->step.placed[pair->second],
                              world->settings.planar, perp__greater(far, due), points);
         for (int32_t i = 0; i < made; i++)
             if (points[i].gap <= due)
@@ -540,7 +540,8 @@ static overlap overlap_at(const encounter *e, double t, double far)
  * from the start. */
 bool perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
 {
-    const perp__shape *first = &world->shapes[pair->first], *second = &world->shapes[pair->second];
+    const perp__shape *first = &world->shapes.all[pair->first],
+                      *second = &world->shapes.all[pair->second];
     const double level =
         fmax(perp__level_of(world)->deep, PERP__NEAR) * perp__pair_size(world, pair);
     const double deep = pair->plane ? level : PERP__NEAR * perp__pair_size(world, pair);

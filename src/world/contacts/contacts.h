@@ -35,32 +35,32 @@ PERP__KERNEL static void perp__fetch(const void *from, size_t bytes)
 /* Pair i of what is gone through in order; one after it is asked of memory meanwhile. */
 PERP__KERNEL static perp__pair *perp__ordered_pair(const perp_world *world, int32_t i)
 {
-    if (i + PERP__FETCHED_AHEAD < world->pair_count)
-        perp__fetch(&world->pairs[world->pair_order[i + PERP__FETCHED_AHEAD].value],
-                    sizeof *world->pairs);
-    return &world->pairs[world->pair_order[i].value];
+    if (i + PERP__FETCHED_AHEAD < world->pairs.count)
+        perp__fetch(&world->pairs.all[world->pairs.order[i + PERP__FETCHED_AHEAD].value],
+                    sizeof *world->pairs.all);
+    return &world->pairs.all[world->pairs.order[i].value];
 }
 /* Whether the body's next state is the one at hand. */
 static inline bool perp__stays(const perp_world *world, int32_t body)
 {
-    return memcmp(&world->states[body], &world->next[body], sizeof *world->states) == 0;
+    return memcmp(&world->bodies.states[body], &world->step.next[body], sizeof(perp__state)) == 0;
 }
 /* Whether some shape is near one of the body's. */
 static inline bool perp__has_pairs(const perp_world *world, int32_t body)
 {
-    int32_t shape = world->bodies[body].first_shape;
+    int32_t shape = world->bodies.all[body].first_shape;
 
-    while (shape >= 0 && world->shapes[shape].first_link < 0)
-        shape = world->shapes[shape].next_of_body;
+    while (shape >= 0 && world->shapes.all[shape].first_link < 0)
+        shape = world->shapes.all[shape].next_of_body;
     return shape >= 0;
 }
 /* The body, or what is near it, is not what it was in the last step. */
 static inline void perp__unsettle(perp_world *world, int32_t body)
 {
-    if (body >= world->fitted_bodies)
+    if (body >= world->step.fitted_bodies)
         return;
-    world->roles[body].repeats = 0;
-    world->motions[body].placed = 0;
+    world->step.roles[body].repeats = 0;
+    world->step.motions[body].placed = 0;
 }
 /* A shape that is about to be removed. */
 void perp__forget_shape(perp_world *world, int32_t shape);
@@ -87,7 +87,7 @@ bool perp__are_near(const perp_world *world, const perp__pair *pair, double marg
 double perp__turning_reach(const perp__shape *shape);
 static inline double perp__turning(const perp_world *world, int32_t body, double reach, double h)
 {
-    const double *spin = world->motions[body].moving + 3;
+    const double *spin = world->step.motions[body].moving + 3;
 
     return h * (fabs(spin[0]) + fabs(spin[1]) + fabs(spin[2])) * reach;
 }
@@ -135,7 +135,7 @@ double perp__longest_displacement(const perp_world *world, int32_t body, double 
 /* What sweeps move they take out of overlaps as well, unless joints took it elsewhere. */
 static inline bool perp__is_swept(const perp_world *world, const perp__pair *pair)
 {
-    const perp__role *a = &world->roles[pair->body[0]], *b = &world->roles[pair->body[1]];
+    const perp__role *a = &world->step.roles[pair->body[0]], *b = &world->step.roles[pair->body[1]];
 
     return (a->swept || b->swept) && !a->far && !b->far;
 }
@@ -214,8 +214,8 @@ static inline void perp__contact_row(const perp__world_contact *contact, int32_t
 static inline void perp__relative_twist(const perp_world *world, const perp__world_contact *contact,
                                         size_t twist, double *x)
 {
-    const double *a = perp__const_twist(&world->motions[contact->body_a], twist);
-    const double *b = perp__const_twist(&world->motions[contact->body_b], twist);
+    const double *a = perp__const_twist(&world->step.motions[contact->body_a], twist);
+    const double *b = perp__const_twist(&world->step.motions[contact->body_b], twist);
     const double *r = contact->arms[0], *s = contact->arms[1];
 
     x[0] = (b[0] - a[0]) + ((b[4] * s[2] - b[5] * s[1]) - (a[4] * r[2] - a[5] * r[1]));

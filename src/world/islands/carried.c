@@ -6,19 +6,20 @@
 
 static bool is_moving(const perp_world *world, int32_t body)
 {
-    return !(perp__is_zero3(world->states[body].velocity) &&
-             perp__is_zero3(world->states[body].angular_velocity));
+    return !(perp__is_zero3(world->bodies.states[body].velocity) &&
+             perp__is_zero3(world->bodies.states[body].angular_velocity));
 }
 
 bool perp__moves_with(const perp_world *world, const perp__carrying *carrying, int32_t body)
 {
-    const perp__state *state = &world->states[body];
+    const perp__state *state = &world->bodies.states[body];
     double twist[6], rounding = 0.0;
 
     perp__carried_twist(world, carrying, body, 0.0, twist);
     if (!perp__is_zero3(twist + 3)) /* turning adds what rounds */
-        rounding = PERP__ROUNDING_LIMIT *
-                   (perp__length3(twist) + perp__length3(world->states[carrying->body].velocity));
+        rounding =
+            PERP__ROUNDING_LIMIT *
+            (perp__length3(twist) + perp__length3(world->bodies.states[carrying->body].velocity));
     for (int32_t k = 0; k < 3; k++)
         if (fabs(twist[k] - state->velocity[k]) > rounding ||
             twist[3 + k] != state->angular_velocity[k])
@@ -35,14 +36,14 @@ bool perp__find_carrying(const perp_world *world, const perp__island *island, in
     *carrying = (perp__carrying){PERP__CARRIED_AT_REST, -1, 0};
     for (k = 0; k < ties && carrying->body < 0; k++) {
         body = perp__tie(world, island, k);
-        if (world->roles[body].dynamic || is_moving(world, body) < moving)
+        if (world->step.roles[body].dynamic || is_moving(world, body) < moving)
             continue;
         carrying->motion = is_moving(world, body) ? PERP__CARRIED_ALONG : PERP__CARRIED_AT_REST;
         carrying->body = body;
     }
     for (k = moving ? 0 : k; k < ties && carrying->body >= 0 && !carrying->parts; k++) {
         body = perp__tie(world, island, k);
-        carrying->parts = body != carrying->body && !world->roles[body].dynamic &&
+        carrying->parts = body != carrying->body && !world->step.roles[body].dynamic &&
                           !perp__moves_with(world, carrying, body);
     }
     return moving ? carrying->body >= 0 : !carrying->parts;
@@ -57,7 +58,7 @@ bool perp__find_frame(const perp_world *world, const perp__island *island, doubl
     memset(frame, 0, 3 * sizeof *frame);
     if (carrying.motion == PERP__CARRIED_AT_REST)
         return one;
-    twist = world->motions[carrying.body].start;
+    twist = world->step.motions[carrying.body].start;
     perp__copy3(frame, twist);
     return one && perp__is_zero3(twist + 3);
 }
@@ -66,11 +67,12 @@ bool perp__find_frame(const perp_world *world, const perp__island *island, doubl
 static void turn_arm(const perp_world *world, const perp__carrying *carrying, int32_t body,
                      double t, double *arm)
 {
-    const double *spin = world->motions[carrying->body].start + 3;
+    const double *spin = world->step.motions[carrying->body].start + 3;
     const double turn[3] = {t * spin[0], t * spin[1], t * spin[2]};
     double R[9], start[3];
 
-    perp__subtract3(start, world->states[body].position, world->states[carrying->body].position);
+    perp__subtract3(start, world->bodies.states[body].position,
+                    world->bodies.states[carrying->body].position);
     perp__turn_matrix(R, turn);
     perp__apply3(arm, R, start);
 }
@@ -82,7 +84,8 @@ void perp__carried_twist(const perp_world *world, const perp__carrying *carrying
     double arm[3], turned[3];
 
     if (carrying->motion == PERP__CARRIED_PARTLY) {
-        perp__twist_of(world, world->work.still + world->dof * world->roles[body].local, twist);
+        perp__twist_of(world, world->solve.work.still + world->dof * world->step.roles[body].local,
+                       twist);
         return;
     }
     if (carrying->body < 0 ? carrying->motion != PERP__CARRIED_ON
@@ -90,9 +93,9 @@ void perp__carried_twist(const perp_world *world, const perp__carrying *carrying
         memset(twist, 0, 6 * sizeof *twist);
         return;
     }
-    of = carrying->motion == PERP__CARRIED_ON ? world->motions[body].start
-         : t < 0.0                            ? world->states[carrying->body].led
-                                              : world->motions[carrying->body].start;
+    of = carrying->motion == PERP__CARRIED_ON ? world->step.motions[body].start
+         : t < 0.0                            ? world->bodies.states[carrying->body].led
+                                              : world->step.motions[carrying->body].start;
     memcpy(twist, of, 6 * sizeof *twist);
     if (perp__is_zero3(of + 3) || carrying->motion == PERP__CARRIED_ON)
         return;
@@ -106,16 +109,17 @@ void perp__ride(perp_world *world, const perp__island *island, double h)
     perp__carrying carrying;
 
     if (!perp__find_carrying(world, island, 1, &carrying) ||
-        perp__is_zero3(world->motions[carrying.body].start + 3))
+        perp__is_zero3(world->step.motions[carrying.body].start + 3))
         return;
     for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
-        double *moving = world->motions[body].moving, from[3], to[3];
+        const int32_t body = world->islands.body_order[island->first_body + i];
+        double *moving = world->step.motions[body].moving, from[3], to[3];
 
-        perp__subtract3(from, world->states[body].position, world->states[carrying.body].position);
+        perp__subtract3(from, world->bodies.states[body].position,
+                        world->bodies.states[carrying.body].position);
         turn_arm(world, &carrying, body, h, to);
         for (int32_t k = 0; k < 3; k++)
-            moving[k] = world->motions[carrying.body].start[k] + (to[k] - from[k]) / h;
+            moving[k] = world->step.motions[carrying.body].start[k] + (to[k] - from[k]) / h;
     }
 }
 
@@ -126,12 +130,12 @@ static bool begins_with(const perp_world *world, const perp__island *island,
                         const perp__carrying *carrying, bool slowly, double t)
 {
     const double spin = carrying->motion == PERP__CARRIED_ALONG
-                            ? perp__length3(world->motions[carrying->body].start + 3)
+                            ? perp__length3(world->step.motions[carrying->body].start + 3)
                             : 0.0;
 
     for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
-        const perp__motion *motion = &world->motions[body];
+        const int32_t body = world->islands.body_order[island->first_body + i];
+        const perp__motion *motion = &world->step.motions[body];
         double twist[6], beside[6], gain[6], both[2][6];
 
         perp__carried_twist(world, carrying, body, t, twist);
@@ -139,7 +143,7 @@ static bool begins_with(const perp_world *world, const perp__island *island,
             beside[k] = motion->start[k] - twist[k];
             gain[k] = motion->free[k] - motion->start[k];
             if (!slowly &&
-                fabs(beside[k]) > world->step_length * spin * perp__length3(twist + k / 3 * 3))
+                fabs(beside[k]) > world->step.length * spin * perp__length3(twist + k / 3 * 3))
                 return 0;
         }
         if (!slowly)
@@ -160,7 +164,7 @@ bool perp__begins_standing(const perp_world *world, const perp__island *island, 
             continue;
         if (begins_with(world, island, carrying, slowly, 0.0) ||
             /* what is static had no other motion in the last step */
-            (carrying->body >= 0 && world->bodies[carrying->body].kind == PERP_BODY_KINEMATIC &&
+            (carrying->body >= 0 && world->bodies.all[carrying->body].kind == PERP_BODY_KINEMATIC &&
              begins_with(world, island, carrying, slowly, -1.0)))
             return 1;
     }
@@ -197,9 +201,9 @@ static void press(const perp_world *world, const perp__world_contact *contact, c
     size = perp__length3(force);
     for (int32_t side = 0; side < 2; side++) {
         const int32_t body = side == 0 ? contact->body_a : contact->body_b;
-        double *sum = sums + NUMBERS * world->roles[body].local;
+        double *sum = sums + NUMBERS * world->step.roles[body].local;
 
-        if (world->bodies[body].kind != PERP_BODY_DYNAMIC)
+        if (world->bodies.all[body].kind != PERP_BODY_DYNAMIC)
             continue;
         perp__cross(moment, contact->arms[side], force);
         for (int32_t k = 0; k < 3; k++) {
@@ -213,7 +217,7 @@ static void press(const perp_world *world, const perp__world_contact *contact, c
 void perp__find_force(const perp_world *world, const perp__carrying *carrying, int32_t body,
                       double t, const double *now, const double *free, double *force)
 {
-    const double *R = world->motions[body].rotation, *I = world->bodies[body].inertia;
+    const double *R = world->step.motions[body].rotation, *I = world->bodies.all[body].inertia;
     double carried[6], local[3], turned[3], change[3], momentum[3], gyroscopic[3];
 
     perp__carried_twist(world, carrying, body, t, carried);
@@ -227,10 +231,10 @@ void perp__find_force(const perp_world *world, const perp__carrying *carrying, i
     perp__apply3(turned, I, local);
     perp__apply3(momentum, R, turned);
     perp__cross(gyroscopic, carried + 3, momentum);
-    perp__add3(force + 3, t, world->states[body].torque);
+    perp__add3(force + 3, t, world->bodies.states[body].torque);
     perp__add3(force + 3, -t, gyroscopic);
     for (int32_t k = 0; k < 3; k++) {
-        force[k] = world->bodies[body].mass * (free[k] - carried[k]);
+        force[k] = world->bodies.all[body].mass * (free[k] - carried[k]);
         force[3 + k] /= perp__body_length(world, body);
     }
 }
@@ -238,10 +242,10 @@ void perp__find_force(const perp_world *world, const perp__carrying *carrying, i
 static void lie(perp_world *world, const perp__island *island, const perp__carrying *carrying)
 {
     for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
-        perp__motion *motion = &world->motions[body];
+        const int32_t body = world->islands.body_order[island->first_body + i];
+        perp__motion *motion = &world->step.motions[body];
 
-        perp__carried_twist(world, carrying, body, world->step_length, motion->after);
+        perp__carried_twist(world, carrying, body, world->step.length, motion->after);
         memcpy(motion->moving, motion->after, sizeof motion->moving);
     }
     for (int32_t i = 0; i < island->contacts; i++) {
@@ -263,7 +267,7 @@ static void lie(perp_world *world, const perp__island *island, const perp__carry
 static double last_unbalance(perp_world *world, const perp__island *island,
                              const perp__carrying *carrying, bool swept)
 {
-    double *sums = world->work.forces, left = 0.0;
+    double *sums = world->solve.work.forces, left = 0.0;
 
     memset(sums, 0, NUMBERS * (size_t)island->bodies * sizeof *sums);
     for (int32_t i = 0; i < island->contacts; i++) {
@@ -281,12 +285,12 @@ static double last_unbalance(perp_world *world, const perp__island *island,
         press(world, contact, response->next, sums);
     }
     for (int32_t i = 0; i < island->bodies && left <= PERP__BALANCED; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
-        const perp__motion *motion = &world->motions[body];
+        const int32_t body = world->islands.body_order[island->first_body + i];
+        const perp__motion *motion = &world->step.motions[body];
         const double length = perp__body_length(world, body), *sum = sums + NUMBERS * i;
         double force[6], rest[6], local;
 
-        perp__find_force(world, carrying, body, world->step_length, motion->start, motion->free,
+        perp__find_force(world, carrying, body, world->step.length, motion->start, motion->free,
                          force);
         for (int32_t k = 0; k < 6; k++)
             rest[k] = force[k] + sum[k] / (k < 3 ? 1.0 : length);

@@ -8,9 +8,9 @@
 /* How many bodies are in islands: the first ones of body_order. */
 static inline int32_t perp__count_members(const perp_world *world)
 {
-    const perp__island *last = world->islands + world->island_count - 1;
+    const perp__island *last = world->islands.all + world->islands.count - 1;
 
-    return world->island_count > 0 ? last->first_body + last->bodies : 0;
+    return world->islands.count > 0 ? last->first_body + last->bodies : 0;
 }
 
 /* island.c: islands of the dynamic bodies that the set's included contacts join; `pressing`: those
@@ -20,20 +20,20 @@ perp_status perp__build_islands(perp_world *world, const perp__contact_set *set,
 static inline perp__motion *perp__island_motion(const perp_world *world, const perp__island *island,
                                                 int32_t i)
 {
-    return &world->motions[world->body_order[island->first_body + i]];
+    return &world->step.motions[world->islands.body_order[island->first_body + i]];
 }
 
 /* Contact i of an island, of the set that joins it: the step's, but for the projection. */
 static inline perp__world_contact *perp__step_contact(const perp_world *world,
                                                       const perp__island *island, int32_t i)
 {
-    return &world->island_set->contacts[world->contact_order[island->first_contact + i]];
+    return &world->islands.set->contacts[world->islands.contact_order[island->first_contact + i]];
 }
 
 static inline perp__contact_flags *perp__step_flags(const perp_world *world,
                                                     const perp__island *island, int32_t i)
 {
-    return &world->island_set->flags[world->contact_order[island->first_contact + i]];
+    return &world->islands.set->flags[world->islands.contact_order[island->first_contact + i]];
 }
 
 /* The bodies that contacts, and after them joints, tie, two of each; without joints, and where it
@@ -51,7 +51,8 @@ static inline int32_t perp__tie(const perp_world *world, const perp__island *isl
     if (island->joints == 0 && island->ties < 2)
         return island->tied;
     return joint < 0 ? perp__step_flags(world, island, i)->body[k % 2]
-                     : world->joints[world->joint_order[island->first_joint + joint]].body[k % 2];
+                     : world->joints.all[world->islands.joint_order[island->first_joint + joint]]
+                           .body[k % 2];
 }
 
 /* Whether callers put one of its bodies deep into others: the projection parts all of it then. */
@@ -60,14 +61,14 @@ static inline bool perp__has_put(const perp_world *world, const perp__island *is
     bool put = 0;
 
     for (int32_t i = 0; i < island->bodies && !put; i++)
-        put = world->roles[world->body_order[island->first_body + i]].put != 0;
+        put = world->step.roles[world->islands.body_order[island->first_body + i]].put != 0;
     return put;
 }
 
 static inline perp__response *perp__step_response(const perp_world *world,
                                                   const perp__island *island, int32_t i)
 {
-    return &world->contacts.responses[world->contact_order[island->first_contact + i]];
+    return &world->contacts.now.responses[world->islands.contact_order[island->first_contact + i]];
 }
 
 static inline bool perp__is_finite_contact(const perp__contact_set *set, int32_t i)
@@ -95,7 +96,7 @@ extern const perp__level perp__levels[]; /* by accuracy */
 /* Whether all that is swept is a sketch, as at level `accurate`. */
 static inline bool perp__is_sketch(const perp_world *world)
 {
-    return world->sketches && world->settings.accuracy == PERP_ACCURACY_EXACT;
+    return world->step.sketches && world->settings.accuracy == PERP_ACCURACY_EXACT;
 }
 const perp__level *perp__level_of(const perp_world *world);
 void perp__open_budget(perp_world *world);

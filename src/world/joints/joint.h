@@ -68,6 +68,13 @@ typedef struct perp__joint {
     double next_warm[PERP__JOINT_SLOTS];
 } perp__joint;
 
+/* The joints of a world, by slot. */
+typedef struct perp__world_joints {
+    perp__joint *all;
+    perp__joint_state *states;
+    int32_t slots, capacity, free, count;
+} perp__world_joints;
+
 /* Where a body is. */
 typedef struct perp__placement {
     double position[3], rotation[9];

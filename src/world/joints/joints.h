@@ -25,11 +25,11 @@ void perp__view_of_states(const perp_world *world, const perp__joint *joint,
 static inline perp__joint *perp__island_joint(const perp_world *world, const perp__island *island,
                                               int32_t i)
 {
-    return &world->joints[world->joint_order[island->first_joint + i]];
+    return &world->joints.all[world->islands.joint_order[island->first_joint + i]];
 }
 static inline perp__joint_state *perp__state_of(const perp_world *world, const perp__joint *joint)
 {
-    return &world->joint_states[joint - world->joints];
+    return &world->joints.states[joint - world->joints.all];
 }
 
 /* rows.c: before: the coordinate of a moment before, from which turns are counted; without its
@@ -131,7 +131,7 @@ perp_status perp__check_joints(const perp_world *world);
 void perp__keep_joints(perp_world *world);
 /* Rows of all joints, those asleep too. */
 int32_t perp__count_joint_rows(const perp_world *world);
-/* Joins the parts of joined bodies in world->parent, and notes that these are jointed. */
+/* Joins the parts of joined bodies in world->islands.parent, and notes that these are jointed. */
 void perp__join_joined(perp_world *world);
 /* For rest.c: what may not sleep for its joints is not calm. */
 void perp__upset_joints(perp_world *world);
