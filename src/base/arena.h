@@ -4,6 +4,8 @@
 #ifndef PERP_BASE_ARENA_H
 #define PERP_BASE_ARENA_H
 
+#include <stdbool.h>
+
 #include <perp/base.h>
 
 typedef struct perp__arena {
@@ -11,8 +13,7 @@ typedef struct perp__arena {
     void *block; /* as allocated, or lent */
     int32_t is_lent;
     char *base; /* aligned; NULL while measuring */
-    size_t capacity;
-    size_t used;
+    size_t capacity, used;
 } perp__arena;
 
 typedef void (*perp__layout)(perp__arena *arena, void *object);

@@ -2,6 +2,7 @@
 #ifndef PERP_BASE_CLOCK_H
 #define PERP_BASE_CLOCK_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 /* Looks between two readings of it, of what takes next to no time. */
@@ -14,7 +15,7 @@ double perp__now(void);
 double perp__time_left(double deadline);
 
 /* Whether it is over; 0: there is none, and the clock is not read. */
-static inline int32_t perp__is_past(double deadline)
+static inline bool perp__is_past(double deadline)
 {
     return deadline > 0.0 && perp__now() > deadline;
 }

@@ -2,6 +2,8 @@
 #ifndef PERP_BASE_CONTEXT_H
 #define PERP_BASE_CONTEXT_H
 
+#include <stdbool.h>
+
 #include <perp/base.h>
 
 #define PERP__MESSAGE_SIZE 256
@@ -17,8 +19,7 @@ struct perp_context {
     perp_log_function log;
     void *log_user;
     int32_t children; /* solvers and worlds alive: they keep the context's memory */
-    int32_t destroyed;
-    int32_t busy;
+    int32_t destroyed, busy;
     char message[PERP__MESSAGE_SIZE];
 };
 

@@ -4,6 +4,7 @@
 #ifndef PERP_BASE_GROUPS_H
 #define PERP_BASE_GROUPS_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 /* Lowest index of i's part so far, in a forest of parents with lower indices. */
@@ -17,7 +18,7 @@ static inline int32_t perp__root_of(int32_t *parents, int32_t i)
 }
 
 /* Puts i and j into one part. True if they were in two. */
-static inline int32_t perp__join(int32_t *parents, int32_t i, int32_t j)
+static inline bool perp__join(int32_t *parents, int32_t i, int32_t j)
 {
     const int32_t a = perp__root_of(parents, i), b = perp__root_of(parents, j);
 

@@ -7,7 +7,7 @@ typedef struct head {
     PERP__HANDLE;
 } head;
 
-int32_t perp__handle_is(const void *handle, const perp__kind *kind)
+bool perp__handle_is(const void *handle, const perp__kind *kind)
 {
     const perp__kind *copy = NULL;
 

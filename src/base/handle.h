@@ -40,6 +40,6 @@ perp_status perp__handle_enter(const void *handle, const perp__kind *kind);
  * first and tell afterwards. */
 void perp__handle_destroy(void *handle, const perp__kind *kind);
 
-int32_t perp__handle_is(const void *handle, const perp__kind *kind);
+bool perp__handle_is(const void *handle, const perp__kind *kind);
 
 #endif

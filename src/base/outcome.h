@@ -28,13 +28,13 @@ static inline double perp__floor_of(double tol)
 }
 
 /* Whether the outcome counts as an answer: solved or rounding_limit. */
-static inline int32_t perp__is_good(perp_outcome outcome)
+static inline bool perp__is_good(perp_outcome outcome)
 {
     return outcome == PERP_OUTCOME_SOLVED || outcome == PERP_OUTCOME_ROUNDING_LIMIT;
 }
 
 /* Written so that a NaN fails. */
-static inline int32_t perp__evidence_holds(const perp__evidence *evidence, double tol)
+static inline bool perp__evidence_holds(const perp__evidence *evidence, double tol)
 {
     return evidence->sound && evidence->tested <= tol && evidence->own_residual <= tol;
 }
@@ -76,7 +76,7 @@ static inline double perp__told(double residual)
 /* Whether all entries are finite; x may be NULL where count is 0. Adding one to a biased exponent
  * carries into the sign bit where it is all ones: infinities and NaN. Branch-free, because nearly
  * every array passes. */
-static inline int32_t perp__all_finite(const double *x, size_t count)
+static inline bool perp__all_finite(const double *x, size_t count)
 {
     const uint64_t exponent_mask = UINT64_C(0x7ff0000000000000);
     const uint64_t exponent_one = UINT64_C(0x0010000000000000);

@@ -72,9 +72,9 @@ void perp__tasks_context(perp__tasks *tasks, perp_context *context)
 }
 
 /* Whether task `which` has not been taken; it is now. */
-static int32_t take(perp__tasks *tasks, int32_t which)
+static bool take(perp__tasks *tasks, int32_t which)
 {
-    const int32_t is_free = which < tasks->threads && !tasks->taken[which];
+    const bool is_free = which < tasks->threads && !tasks->taken[which];
 
     if (is_free)
         tasks->taken[which] = 1;
@@ -111,7 +111,7 @@ static void *work(void *object)
     return NULL;
 }
 
-static int32_t make_locks(perp__tasks *tasks)
+static bool make_locks(perp__tasks *tasks)
 {
     if (pthread_mutex_init(&tasks->memory, NULL) != 0)
         return 0;
@@ -191,7 +191,7 @@ void perp__tasks_destroy(perp__tasks *tasks)
 static void run_one(int32_t which, void *object)
 {
     perp__tasks *tasks = object;
-    int32_t is_free;
+    bool is_free;
 
     pthread_mutex_lock(&tasks->lock);
     is_free = which >= 0 && take(tasks, which);
@@ -282,7 +282,7 @@ static int32_t report(perp__tasks *tasks, int32_t done)
 }
 
 /* Returns whether it is time to take from others. */
-static int32_t look_again(uint32_t *looks)
+static bool look_again(uint32_t *looks)
 {
     if (++*looks > LOOKS)
         sched_yield();

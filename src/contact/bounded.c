@@ -302,7 +302,7 @@ static double nearest(const perp__contact_bounded *set, int32_t i)
     return fmin(fmax(0.0, set->low[i]), set->high[i]);
 }
 
-int32_t perp__contact_bounded_is_far(const perp__contact_bounded *set)
+bool perp__contact_bounded_is_far(const perp__contact_bounded *set)
 {
     for (int32_t i = 0; i < set->count; i++) {
         const int32_t kind = kind_of(set, i);
@@ -338,16 +338,16 @@ void perp__contact_bounded_draw_in(perp__contact_bounded *set)
     }
 }
 
-int32_t perp__contact_bounded_widen(perp__contact_bounded *set, const double *x, const double *u,
-                                    int32_t is_ray)
+bool perp__contact_bounded_widen(perp__contact_bounded *set, const double *x, const double *u,
+                                 bool is_ray)
 {
-    int32_t widened = 0;
+    bool widened = 0;
 
     for (int32_t i = 0; i < set->count; i++) {
         const int32_t row = set->row[set->rows - set->count + i], kind = kind_of(set, i);
-        const int32_t low = set->near_low[i] > set->low[i], high = set->near_high[i] < set->high[i];
+        const bool low = set->near_low[i] > set->low[i], high = set->near_high[i] < set->high[i];
         const double next = fmax(PERP__REACH * set->reach[i], set->likely[i]);
-        int32_t is_reached;
+        bool is_reached;
 
         if (kind == NEITHER || (!low && !high))
             continue;

@@ -61,7 +61,7 @@ void perp__contact_bounded_count(perp__contact_bounded *set, const perp_contact_
 perp_status perp__contact_bounded_read(perp_contact_solver *solver, const perp_contact_laws *laws);
 
 /* Whether there are bounds that a shift to could drown impulses in. */
-int32_t perp__contact_bounded_is_far(const perp__contact_bounded *set);
+bool perp__contact_bounded_is_far(const perp__contact_bounded *set);
 
 /* The bounds of the next call, by own->reach; and own->away. */
 void perp__contact_bounded_draw_in(perp__contact_bounded *set);
@@ -69,8 +69,8 @@ void perp__contact_bounded_draw_in(perp__contact_bounded *set);
 /* Lets impulses x, with velocities u, that are at a bound which is not the caller's reach further,
  * as far as is likely at least (own->likely); and all where there are said to be none, which bounds
  * further off might change. Returns 0 if x may stay. */
-int32_t perp__contact_bounded_widen(perp__contact_bounded *set, const double *x, const double *u,
-                                    int32_t is_ray);
+bool perp__contact_bounded_widen(perp__contact_bounded *set, const double *x, const double *u,
+                                 bool is_ray);
 
 /* Chooses c anew, by W, dense, in the place of a callback that does not tell M. */
 void perp__contact_bounded_yield(perp__contact_bounded *set, const double *W);

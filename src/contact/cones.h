@@ -9,8 +9,7 @@
  * u. B takes the unit's normal times `sign` and the tangents from `first` on times `scale`. */
 typedef struct perp__cone {
     int32_t unit, first, dim;
-    double sign, scale, h, e;
-    double z[3], u[3], dz[3], du[3];
+    double sign, scale, h, e, z[3], u[3], dz[3], du[3];
     double V[9], inverse[9]; /* Nesterov and Todd's scaling: V z = V^-1 u = lambda; G = V V */
     double lambda[3], rc[3];
 } perp__cone;

@@ -72,21 +72,21 @@ static perp_status reserve(perp_contact_solver *solver)
 /* Contacts and bilateral rows up to which a proof of infeasibility is looked for early. */
 enum { EARLY_RAY = 200 };
 
-static int32_t ends_the_search(const perp_contact_solver *solver)
+static bool ends_the_search(const perp_contact_solver *solver)
 {
     return perp__is_good(solver->best.outcome) || solver->ended >= 0 ||
            solver->certificate != PERP_CONTACT_CERTIFICATE_NONE;
 }
 
 /* Whether the best point is all that was promised: no other method is asked for more. */
-static int32_t is_enough(const perp_contact_solver *solver)
+static bool is_enough(const perp_contact_solver *solver)
 {
     return solver->best.residuals.tested <= solver->enough &&
            solver->best.residuals.own_residual <= solver->enough;
 }
 
 /* Whether the method has used up the caller's max_iterations. */
-static int32_t is_spent(const perp_contact_solver *solver, const perp__contact_slot *slot)
+static bool is_spent(const perp_contact_solver *solver, const perp__contact_slot *slot)
 {
     return solver->settings.max_iterations > 0 && solver->settings.max_iterations <= slot->spent;
 }
@@ -108,7 +108,7 @@ static void begin(perp_contact_solver *solver, const perp__contact_slot *slot,
         solver->problem.iteration_limit = left;
 }
 
-static int32_t check_clock(perp_contact_solver *solver)
+static bool check_clock(perp_contact_solver *solver)
 {
     if (solver->deadline > 0.0 && solver->ended < 0 && perp__now() > solver->deadline)
         solver->ended = PERP_OUTCOME_TIME_LIMIT;
@@ -188,7 +188,7 @@ static perp_status look_at_rest(perp_contact_solver *solver)
 /* Whether the method takes the problem, with W where it needs that. One that the caller chose must
  * be able to; of auto's own those that are not are left out. */
 static perp_status check_method(perp_contact_solver *solver, perp__contact_slot *slot,
-                                int32_t is_chosen, int32_t *suits)
+                                bool is_chosen, int32_t *suits)
 {
     const int32_t limit = solver->settings.max_iterations;
     int32_t made = 1;
@@ -220,7 +220,7 @@ static perp_status run(perp_contact_solver *solver, const plan_step *step)
 {
     perp__contact_slot *slot = slot_of(solver, step->method);
     const double tol = solver->settings.tol, enough = fmax(tol, solver->enough);
-    const int32_t is_chosen = solver->settings.method == step->method || solver->settings.cone > 0;
+    const bool is_chosen = solver->settings.method == step->method || solver->settings.cone > 0;
     const int32_t rounds = step->method == PERP_CONTACT_METHOD_LEMKE ? 0 : SHARPER;
     const int32_t attempts = step->count > 0 ? step->count : slot->method->attempts - step->attempt;
     perp__contact_residuals residuals;
@@ -264,8 +264,8 @@ static int32_t most_tangents(const perp_contact_solver *solver)
     int32_t most = 0;
 
     for (int32_t k = 0; k < solver->contacts; k++) {
-        const int32_t rubs = (solver->mu[k] != 0.0 || solver->has_discs) &&
-                             !perp__contact_is_bound(&solver->problem, k);
+        const bool rubs = (solver->mu[k] != 0.0 || solver->has_discs) &&
+                          !perp__contact_is_bound(&solver->problem, k);
         const int32_t tangents = solver->dims[k] - perp__contact_normals(&solver->problem, k);
 
         most = solver->two_sided[k] > 1 ? 2 : rubs && tangents > most ? tangents : most;
@@ -274,7 +274,7 @@ static int32_t most_tangents(const perp_contact_solver *solver)
 }
 
 /* Whether auto begins with the sets of small problems. */
-static int32_t tries_sets(const perp_contact_solver *solver)
+static bool tries_sets(const perp_contact_solver *solver)
 {
     return solver->settings.method == PERP_CONTACT_METHOD_AUTO &&
            solver->settings.max_iterations == 0;
@@ -285,7 +285,7 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
 {
     const int32_t chosen =
         solver->settings.cone > 0 ? PERP_CONTACT_METHOD_LEMKE : solver->settings.method;
-    const int32_t all = chosen == PERP_CONTACT_METHOD_AUTO;
+    const bool all = chosen == PERP_CONTACT_METHOD_AUTO;
     const int32_t tangents = most_tangents(solver), once = all && tangents < 2;
     /* whether sets were in vain: more sweeps than they began with seldom end sooner than others */
     const int32_t followed =
@@ -375,7 +375,7 @@ static perp_status try_start(perp_contact_solver *solver)
 
 /* Whether Newton's method, which doubles the digits, comes from the start to the end in two steps:
  * then that takes less than the sweeps of the plan. */
-static int32_t is_near(const perp_contact_solver *solver, const plan_step *steps, int32_t count)
+static bool is_near(const perp_contact_solver *solver, const plan_step *steps, int32_t count)
 {
     return solver->rigid && solver->call->r0 && count > 1 && !ends_the_search(solver) &&
            steps[0].method == PERP_CONTACT_METHOD_SWEEP &&
@@ -463,9 +463,9 @@ static perp_status find_within(perp_contact_solver *solver, const perp__contact_
 {
     perp__contact_bounded *bounded = &solver->bounded;
     const int32_t limit = solver->settings.max_iterations;
-    const int32_t is_far = perp__contact_bounded_is_far(bounded);
+    const bool is_far = perp__contact_bounded_is_far(bounded);
     int64_t iterations = 0;
-    int32_t again, is_ray;
+    bool again, is_ray;
     perp_status status = PERP_OK;
 
     /* 1. The first bounds. */
@@ -514,7 +514,7 @@ perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact
     const double started = perp__now();
     const double limit = solver->settings.time_limit,
                  deadline = limit > 0.0 ? started + limit : 0.0;
-    const int32_t has_bounds = solver->bounded.count > 0;
+    const bool has_bounds = solver->bounded.count > 0;
     perp__contact_call given = *call, copy;
     perp_status status = perp__contact_check_call(solver, call);
 

@@ -15,6 +15,8 @@
 #ifndef PERP_CONTACT_CONTACT_H
 #define PERP_CONTACT_CONTACT_H
 
+#include <stdbool.h>
+
 #include <perp/contact.h>
 
 /* ---- the front door ------------------------------------------------------------------------- */
@@ -69,8 +71,7 @@ typedef struct perp__rigid_rows {
 
 typedef struct perp__rigid_problem {
     int32_t width; /* 3 in the plane, 6 in space */
-    int32_t bodies, carriers;
-    int32_t contacts, joints;
+    int32_t bodies, carriers, contacts, joints;
     const double *factors; /* bodies by width by width, row-major: C of each, M^-1 = C C'; in space
                               diag(c, c, c) beside a 3 by 3 block */
     const double *free;    /* bodies + carriers by width: velocities without impulses */
@@ -94,7 +95,7 @@ typedef struct perp__rigid_problem {
 } perp__rigid_problem;
 
 /* Whether impulses move it. */
-static inline int32_t perp__rigid_moves(const perp__rigid_problem *problem, int32_t body)
+static inline bool perp__rigid_moves(const perp__rigid_problem *problem, int32_t body)
 {
     return body >= 0 && body < problem->bodies;
 }
@@ -129,8 +130,7 @@ perp_status perp__rigid_solve(perp_contact_solver *solver, perp__rigid_answer *a
  * an answer to tol, and with them the velocities that what holds leaves to problem->tol. Then the
  * answer is written as perp__rigid_solve and perp__rigid_hold do, at a small share of their cost;
  * else 0 is returned, which says nothing, and the answer is not to be read. */
-int32_t perp__rigid_single(perp__rigid_answer *answer, const perp__rigid_problem *problem,
-                           double tol);
+bool perp__rigid_single(perp__rigid_answer *answer, const perp__rigid_problem *problem, double tol);
 
 /* Velocities in what the contacts that hold leave free (hold.h), for impulses and modes from
  * anywhere: reads answer->impulse (of contacts that slip: their tangents) and ->modes, writes ->v,

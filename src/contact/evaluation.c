@@ -16,14 +16,14 @@
 static void grant_rounding(perp_contact_solver *solver)
 {
     const double share = fmin(1.0, PERP__ROUNDING_LIMIT / solver->settings.tol);
-    int32_t raised = 0;
+    bool raised = 0;
 
     for (int32_t k = 0; k < solver->constraints; k++) {
         double *drive = &solver->drive[solver->part[k]], most = 0.0;
 
         for (int32_t i = solver->starts[k]; i < solver->starts[k + 1]; i++) {
             const double size = fabs(solver->q[i]), least = share * solver->load[i];
-            const int32_t is_granted = least > size && least < INFINITY;
+            const bool is_granted = least > size && least < INFINITY;
 
             solver->load[i] = is_granted ? least : size;
             most = is_granted && least > most ? least : most;
@@ -293,9 +293,9 @@ static void widen(perp_contact_solver *solver, double *wide)
         /* one that is said to separate and closes; a normal that is a bound has no velocity that
          * could */
         const int32_t row = k < solver->contacts ? solver->starts[k] : -1;
-        const int32_t closes = row >= 0 && solver->modes[k] == PERP_CONTACT_SEPARATE &&
-                               perp__contact_first_row(&solver->problem, k) == row &&
-                               0.0 - solver->u[row] > CLOSING * solver->terms[k];
+        const bool closes = row >= 0 && solver->modes[k] == PERP_CONTACT_SEPARATE &&
+                            perp__contact_first_row(&solver->problem, k) == row &&
+                            0.0 - solver->u[row] > CLOSING * solver->terms[k];
 
         wide[k] = perp__contact_length(moves, perp__contact_first_row(&solver->problem, k),
                                        solver->starts[k + 1]) +
@@ -310,7 +310,7 @@ static void widen(perp_contact_solver *solver, double *wide)
 void perp__contact_weigh(perp_contact_solver *solver, perp__contact_residuals *residuals)
 {
     const double tol = solver->settings.tol;
-    int32_t is_open = 0;
+    bool is_open = 0;
 
     /* 1. What is said of a contact must hold beside its own terms: one that presses does not move
      * along its normal, one that sticks not at all. */
@@ -361,7 +361,7 @@ perp_outcome perp__contact_verdict(const perp_contact_solver *solver,
 
 /* Writes what the modes know of r: 0 of the contacts that separate, the bound that a row is at;
  * `moves`: on the side that u tells, be r where it may. Returns whether that changed anything. */
-static int32_t separate(perp_contact_solver *solver, const int8_t *modes, int32_t moves)
+static int32_t separate(perp_contact_solver *solver, const int8_t *modes, bool moves)
 {
     const perp__contact_problem *p = &solver->problem;
     int32_t changed = 0, k, i;

@@ -32,7 +32,7 @@ int32_t perp__contact_parts(const perp__contact_problem *problem, int32_t k,
 
 void perp__contact_direction(int32_t edges, int32_t j, double d[2])
 {
-    const int32_t opposite = edges % 2 == 0 && j >= edges / 2;
+    const bool opposite = edges % 2 == 0 && j >= edges / 2;
     const int32_t i = opposite ? j - edges / 2 : j;
 
     if (4 * i % edges == 0) {
@@ -50,8 +50,8 @@ void perp__contact_direction(int32_t edges, int32_t j, double d[2])
 
 /* Whether x is outside of the polygon of `radius`. nearest := P(x), excess := x - P(x): each in a
  * form that does not cancel, far from the polygon the one and next to it the other. */
-static int32_t polygon_excess(int32_t edges, double radius, const double x[2], double nearest[2],
-                              double excess[2])
+static bool polygon_excess(int32_t edges, double radius, const double x[2], double nearest[2],
+                           double excess[2])
 {
     double angle = atan2(x[1], x[0]), a[2], b[2], normal[2], length, out, along, span;
     int32_t j = isnan(angle) ? 0 : (int32_t)floor(angle * edges / (2.0 * PERP__PI));
@@ -122,8 +122,8 @@ void perp__contact_clip(const perp__contact_problem *problem, int32_t k, double 
 }
 
 /* out := r - P_D(r - d). Returns whether r - d is outside of the disc. */
-static int32_t part_map(const perp__contact_problem *problem, const perp__contact_part *part,
-                        double radius, const double *r, const double *d, double *out)
+static bool part_map(const perp__contact_problem *problem, const perp__contact_part *part,
+                     double radius, const double *r, const double *d, double *out)
 {
     double x[2] = {0.0, 0.0}, nearest[2], excess[2], length, over;
 
@@ -238,14 +238,14 @@ void perp__contact_outcome_of(const perp__contact_problem *problem, int32_t k, c
                               const double *u, perp__contact_law *law)
 {
     const int32_t row = problem->starts[k], both = perp__contact_two_sided(problem, k);
-    const int32_t given = perp__contact_is_bound(problem, k);
+    const bool given = perp__contact_is_bound(problem, k);
     const double t = problem->trace[k], speed = perp__contact_length(u, row, row + both);
     const double r_n = given ? problem->bound[k] : perp__contact_pressure(problem, k, r);
     const double u_n = both > 0 ? -INFINITY : given ? 0.0 : u[row];
     perp__contact_part parts[3];
     const int32_t count = perp__contact_parts(problem, k, parts);
     double d[2] = {0.0, 0.0}, out[2];
-    int32_t slips = 0;
+    bool slips = 0;
 
     /* 1. The normal law; u_N = 0 of one that holds both ways. */
     law->signorini = law->bilateral = law->cone = law->dissipation = 0.0;

@@ -12,8 +12,7 @@
 /* Sliding, rolling or spinning friction: `size` rows from `row` on, r_part in a disc (2 rows) or an
  * interval (1) of radius coefficient * r_n. */
 typedef struct perp__contact_part {
-    int32_t row;
-    int32_t size;
+    int32_t row, size;
     double coefficient;
 } perp__contact_part;
 
@@ -37,7 +36,7 @@ int32_t perp__contact_parts(const perp__contact_problem *problem, int32_t k,
 
 /* Whether contact k is a row with two bounds (bounded.h): its normal moves nothing, presses as it
  * does, and is no row of the law. */
-static inline int32_t perp__contact_is_bound(const perp__contact_problem *problem, int32_t k)
+static inline bool perp__contact_is_bound(const perp__contact_problem *problem, int32_t k)
 {
     return problem->bound && problem->bound[k] > 0.0;
 }
@@ -119,8 +118,7 @@ void perp__contact_units(const perp__contact_problem *problem, int32_t k, double
                          double *velocity);
 
 /* Whether the couplings between constraints a and b are more than noise. */
-static inline int32_t perp__contact_couples(const perp__contact_problem *problem, int32_t a,
-                                            int32_t b)
+static inline bool perp__contact_couples(const perp__contact_problem *problem, int32_t a, int32_t b)
 {
     return !problem->part || problem->part[a] == problem->part[b];
 }

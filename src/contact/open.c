@@ -41,7 +41,7 @@ static void lay_out(perp__arena *arena, void *object)
 
 /* Whether the matrix or what is to be opened overflows where the gaps' rows are by themselves: then
  * no velocity opens them, and the step is none the worse. */
-static int32_t refuses(perp_status status)
+static bool refuses(perp_status status)
 {
     return status == PERP_ERROR_NOT_FINITE || status == PERP_ERROR_ARGUMENT;
 }
@@ -154,7 +154,7 @@ static perp_status open(perp_contact_solver *solver, perp_contact_step *s,
     for (int32_t i = 0; i < work->whole; i++)
         work->position[i] = -1;
     for (int32_t i = 0; i < work->size; i++) {
-        const int32_t has_gap = i < s->gap_count;
+        const bool has_gap = i < s->gap_count;
         const int32_t given = given_row(s, i);
         const double gap = has_gap ? (*s->gaps)[s->gap_sources[i]] : 0.0;
 

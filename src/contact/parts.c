@@ -32,7 +32,7 @@ static inline void visit(look *l, int32_t a, int32_t b, double coupling)
 
 static void visit_matrix(const perp_contact_solver *solver, look *l)
 {
-    const int32_t is_symmetric = solver->entrance == PERP__ENTRANCE_DYNAMICS; /* as it was made */
+    const bool is_symmetric = solver->entrance == PERP__ENTRANCE_DYNAMICS; /* as it was made */
 
     /* one part, and there is nothing left to ask */
     for (int32_t j = 0; j < solver->size && l->parts > 1; j++) {

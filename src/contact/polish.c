@@ -54,8 +54,8 @@ static void layout(perp__arena *arena, void *object)
 }
 
 /* Whether the one row of such a contact is at its bound: no row of the system, either. */
-static int32_t is_at_bound(const perp__contact_polish *p, const perp__contact_problem *problem,
-                           int32_t k)
+static bool is_at_bound(const perp__contact_polish *p, const perp__contact_problem *problem,
+                        int32_t k)
 {
     return perp__contact_is_bound(problem, k) && p->parts[3 * k] == PERP__PART_SLIPS;
 }
@@ -68,11 +68,11 @@ static void add_row(perp__contact_polish *p, int32_t row)
 
 /* The rows of the set, and units in which traces and omegas are 1: `units` of impulses, and weights
  * of velocities. Whether impulses of other rows, which are known, were others. */
-static int32_t number_rows(perp__contact_polish *p, const perp_contact_solver *solver)
+static bool number_rows(perp__contact_polish *p, const perp_contact_solver *solver)
 {
     const perp__contact_problem *problem = &solver->problem;
     double *r = solver->r;
-    int32_t changes = 0;
+    bool changes = 0;
 
     p->n = 0;
     for (int32_t i = 0; i < problem->size; i++)
@@ -112,8 +112,8 @@ static int32_t number_rows(perp__contact_polish *p, const perp_contact_solver *s
 }
 
 /* Whether part c of contact k slips within the system, where it has equations of its own. */
-static int32_t slips(const perp__contact_polish *p, const perp__contact_problem *problem, int32_t k,
-                     int32_t c)
+static bool slips(const perp__contact_polish *p, const perp__contact_problem *problem, int32_t k,
+                  int32_t c)
 {
     return p->parts[3 * k + c] == PERP__PART_SLIPS && !is_at_bound(p, problem, k);
 }
@@ -198,7 +198,7 @@ static void fill(perp__contact_polish *p, const perp__contact_problem *problem, 
 }
 
 /* The factors of K, so regularised. Returns 0 where that is singular. */
-static int32_t factor(perp__contact_polish *p, double regular)
+static bool factor(perp__contact_polish *p, double regular)
 {
     const size_t n = (size_t)p->n;
 
@@ -244,7 +244,7 @@ static void velocities(perp_contact_solver *solver)
 
 /* Takes one more step of the polish from what limits and monitor grant. Returns 0 where there is
  * none left. */
-static int32_t take_step(perp_contact_solver *solver)
+static bool take_step(perp_contact_solver *solver)
 {
     const int64_t limit = solver->settings.max_iterations;
 
@@ -258,7 +258,7 @@ static int32_t take_step(perp_contact_solver *solver)
 
 /* Newton's steps while they bring the equations down; u is that of the last r, as it is at first
  * unless r `moved`. Returns 0 where K was singular. */
-static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p, int32_t moved)
+static bool follow(perp_contact_solver *solver, perp__contact_polish *p, bool moved)
 {
     const perp__contact_problem *problem = &solver->problem;
     double least = INFINITY, size;
@@ -348,7 +348,7 @@ static int32_t change_set(perp__contact_polish *p, const perp__contact_problem *
 
 /* From set to set. Returns whether that ended with one that stays. Sets that come back go round in
  * a circle; once they may, as slips have turned meanwhile. */
-static int32_t follow_sets(perp_contact_solver *solver, perp__contact_polish *p)
+static bool follow_sets(perp_contact_solver *solver, perp__contact_polish *p)
 {
     const size_t bytes = 4 * (size_t)p->room;
     int8_t *now = p->seen;
@@ -456,13 +456,13 @@ perp_status perp__contact_polish_run(perp_contact_solver *solver)
     return PERP_OK;
 }
 
-int32_t perp__contact_polish_suits(const perp_contact_solver *solver)
+bool perp__contact_polish_suits(const perp_contact_solver *solver)
 {
     return solver->size > 0 && solver->size <= PERP__POLISH_START_MOST && solver->problem.W &&
            solver->problem.cone == 0;
 }
 
-int32_t perp__contact_is_near(perp_contact_solver *solver)
+bool perp__contact_is_near(perp_contact_solver *solver)
 {
     solver->polish.enough = solver->settings.tol;
     for (int32_t k = 0; k < solver->contacts; k++)
@@ -471,7 +471,7 @@ int32_t perp__contact_is_near(perp_contact_solver *solver)
     return perp__contact_tested(&solver->problem, solver->r, solver->u) <= solver->settings.tol;
 }
 
-perp_status perp__contact_polish_start(perp_contact_solver *solver, int32_t knows_u)
+perp_status perp__contact_polish_start(perp_contact_solver *solver, bool knows_u)
 {
     perp__contact_polish *p = &solver->polish;
     perp__contact_residuals residuals;

@@ -14,7 +14,7 @@ static int32_t both_of(const perp_contact_laws *laws, int32_t k)
     return laws->two_sided ? laws->two_sided[k] : 0;
 }
 
-static int32_t is_positive(const double *x, int32_t k)
+static bool is_positive(const double *x, int32_t k)
 {
     return x && x[k] > 0.0;
 }
@@ -71,7 +71,7 @@ perp_status perp__contact_read_laws(perp_context *context, perp_contact_laws *co
                                         copy->two_sided));
     for (int32_t k = 0; status == PERP_OK && k < copy->contacts; k++) {
         const int32_t both = both_of(copy, k) > 0, dim = perp__contact_dim(copy, k);
-        const int32_t rolls = is_positive(copy->rolling, k) && (both || dim < 2);
+        const bool rolls = is_positive(copy->rolling, k) && (both || dim < 2);
 
         sum += rows_of(copy, k);
         if (rolls || (is_positive(copy->spinning, k) && (both || dim < 3)))
@@ -197,7 +197,7 @@ static perp_status read_traces(perp_contact_solver *solver)
 static void present(perp_contact_solver *solver)
 {
     perp__contact_problem *p = &solver->problem;
-    int32_t yields = 0; /* whether some row does that moves */
+    bool yields = 0; /* whether some row does that moves */
 
     memset(p, 0, sizeof *p);
     p->context = solver->context;

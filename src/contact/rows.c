@@ -35,7 +35,7 @@ static touch read_contact(const perp_contact_source *source, int32_t k)
     return t;
 }
 
-static int32_t moves(const perp_contact_step *s, int32_t row)
+static bool moves(const perp_contact_step *s, int32_t row)
 {
     return perp__largest_or_nan(*s->J + (size_t)row * (size_t)s->n, s->n) != 0.0;
 }
@@ -55,7 +55,7 @@ static int32_t shape_of(const perp_contact_step *s, const touch *t)
     return t->dim == 3 && s->source->surface_at == 0 ? shapes[there] : there % 2 ? t->dim : NONE;
 }
 
-int32_t perp__contact_rows_last(const perp_contact_solver *solver, const perp_contact_step *s)
+bool perp__contact_rows_last(const perp_contact_solver *solver, const perp_contact_step *s)
 {
     const perp__contact_rows *list = &solver->arranged[solver->arranged_now];
     const int32_t *now = s->source->counts;
@@ -89,10 +89,10 @@ int32_t perp__contact_rows_last(const perp_contact_solver *solver, const perp_co
 /* Slots of the tangents and the spin, among the three of a surface. */
 static const int32_t surface_of[SLOTS] = {-1, 0, 1, -1, -1, 2};
 
-int32_t perp__contact_rows_move(const perp_contact_solver *solver, const perp_contact_step *s)
+bool perp__contact_rows_move(const perp_contact_solver *solver, const perp_contact_step *s)
 {
     const perp__contact_rows *list = &solver->arranged[solver->arranged_now];
-    int32_t changes = 0;
+    bool changes = 0;
 
     for (int32_t c = 0; c < list->contacts; c++) {
         const char *at = (const char *)*s->source->contacts +
@@ -264,7 +264,7 @@ static void take_rows(perp__contact_rows *list, const perp_contact_step *s, int3
 /* The impulses of contact or row `item` by slots; where they begin among the rows. */
 static int32_t begin_of(const perp__contact_rows *list, int32_t item, const int32_t **slots)
 {
-    const int32_t is_contact = item < list->contacts;
+    const bool is_contact = item < list->contacts;
 
     *slots = row_of[is_contact ? list->kept[item] : 1];
     return is_contact ? list->first[item] : list->first[list->contacts] + item - list->contacts;

@@ -26,8 +26,8 @@ static void copy_all(const perp_contact_copy *copies, int32_t count, int64_t fro
 }
 
 /* Whether the caller wants to look at an answer: where another one might be at rest. */
-static int32_t wants_look(perp_contact_run *run, const perp_contact_step *s, int32_t bounded,
-                          int32_t was_warm)
+static bool wants_look(perp_contact_run *run, const perp_contact_step *s, int32_t bounded,
+                       int32_t was_warm)
 {
     double fastest = 0.0; /* the largest |u| of a row of the contacts that slip; 0: held */
 
@@ -92,7 +92,7 @@ static void move_freely(const perp_contact_run *run, const perp_contact_step *s)
 static void move(perp_contact_run *run, const perp_contact_step *s)
 {
     double *velocity = run->room + run->places;
-    const int32_t shifts = s->shift && s->shifts, is_free = run->again_count > 0 && s->J_rows == 0;
+    const bool shifts = s->shift && s->shifts, is_free = run->again_count > 0 && s->J_rows == 0;
 
     for (int32_t i = 0; is_free && i < s->n; i++) {
         s->v[i] = s->velocity[i] + s->h * run->drive[i];

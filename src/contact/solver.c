@@ -55,8 +55,8 @@ perp_status perp__contact_check_call(const perp_contact_solver *solver,
                                      const perp__contact_call *call)
 {
     perp_context *context = solver->context;
-    const int32_t by_W = solver->entrance == PERP__ENTRANCE_DELASSUS;
-    const int32_t translated = solver->bounded.count > 0;
+    const bool by_W = solver->entrance == PERP__ENTRANCE_DELASSUS;
+    const bool translated = solver->bounded.count > 0;
     const int32_t size = translated ? solver->bounded.size : solver->size;
     const int32_t rows = translated ? solver->bounded.rows : solver->rows;
     perp_status status;

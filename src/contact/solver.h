@@ -26,8 +26,7 @@ enum perp__contact_entrance {
 
 /* What a point is worth: the numbers of perp_contact_result, all from the caller's data. */
 typedef struct perp__contact_residuals {
-    double tested, own_residual, natural, backward;
-    double signorini_velocity, signorini_impulse, cone;
+    double tested, own_residual, natural, backward, signorini_velocity, signorini_impulse, cone;
     double dissipation_velocity, dissipation_impulse, bilateral;
     int32_t sound; /* everything that would be returned is finite */
 } perp__contact_residuals;
@@ -139,9 +138,7 @@ struct perp_contact_solver {
     int32_t n;                               /* velocities; 0 where W was given */
     int32_t entrance;                        /* PERP__NO_PROBLEM or how the problem came */
     int64_t setups;
-    int32_t contacts, rows, size;
-    int32_t has_discs;
-    int32_t *starts, *dims;
+    int32_t contacts, rows, size, has_discs, *starts, *dims;
     int32_t *two_sided; /* contacts: normals that hold both ways */
     int32_t holds_both; /* some have such */
     double *mu;
@@ -257,10 +254,10 @@ perp_outcome perp__contact_verdict(const perp_contact_solver *solver,
 
 /* What step.source shows, and whether that was arranged: rows.c. PERP_OK, _ARGUMENT, _ABI. */
 perp_status perp__contact_check_source(perp_context *context, const perp_contact_step *s);
-int32_t perp__contact_rows_last(const perp_contact_solver *solver, const perp_contact_step *s);
+bool perp__contact_rows_last(const perp_contact_solver *solver, const perp_contact_step *s);
 
 /* w of contacts whose surfaces move; returns whether that changes: rows.c. */
-int32_t perp__contact_rows_move(const perp_contact_solver *solver, const perp_contact_step *s);
+bool perp__contact_rows_move(const perp_contact_solver *solver, const perp_contact_step *s);
 
 /* s->shift, of the problem that is set up: open.c. PERP_OK or a negative status. */
 perp_status perp__contact_open(perp_contact_solver *solver, perp_contact_step *s);
@@ -280,13 +277,13 @@ perp_status perp__contact_hold_best(perp_contact_solver *solver);
 /* Whether velocities of 0 may be an answer: all that is told moves nothing, and statics was not
  * asked yet; and if so, and the best point is slow, the question: then r, v and u say that it
  * rests. PERP_OK or negative: statics/rest.c. */
-int32_t perp__contact_may_rest(const perp_contact_solver *solver);
+bool perp__contact_may_rest(const perp_contact_solver *solver);
 perp_status perp__contact_rest(perp_contact_solver *solver);
 
 /* Whether that changes *place. */
-static inline int32_t perp__put(double *place, double value)
+static inline bool perp__put(double *place, double value)
 {
-    const int32_t changes = memcmp(place, &value, sizeof value) != 0;
+    const bool changes = memcmp(place, &value, sizeof value) != 0;
 
     *place = value;
     return changes;
@@ -313,9 +310,9 @@ perp_status perp__contact_polish_run(perp_contact_solver *solver);
  * is an answer as far as plain doubles tell, with u; and the same as above from r, at a small share
  * of the cost, considered only if within a few steps it ends with a set that stays; knows_u: u is
  * that of r. */
-int32_t perp__contact_polish_suits(const perp_contact_solver *solver);
-int32_t perp__contact_is_near(perp_contact_solver *solver);
-perp_status perp__contact_polish_start(perp_contact_solver *solver, int32_t knows_u);
+bool perp__contact_polish_suits(const perp_contact_solver *solver);
+bool perp__contact_is_near(perp_contact_solver *solver);
+perp_status perp__contact_polish_start(perp_contact_solver *solver, bool knows_u);
 /* The same, from a few thousand sets of a fixed random sequence, each with a try of its own, until
  * one is an answer: milliseconds. */
 perp_status perp__contact_polish_search(perp_contact_solver *solver);

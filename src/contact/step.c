@@ -6,10 +6,10 @@
 #include "base/check.h"
 #include "contact/solver.h"
 
-static int32_t gather(double *to, const double *from, const int32_t *sources, const double *scale,
-                      int32_t count)
+static bool gather(double *to, const double *from, const int32_t *sources, const double *scale,
+                   int32_t count)
 {
-    int32_t changes = 0;
+    bool changes = 0;
 
     for (int32_t k = 0; k < count; k++)
         changes |= perp__put(&to[k], scale ? from[sources[k]] * scale[k] : from[sources[k]]);
@@ -17,10 +17,10 @@ static int32_t gather(double *to, const double *from, const int32_t *sources, co
 }
 
 /* Rows of J, each of them n long. */
-static int32_t gather_rows(double *to, const double *J, const int32_t *rows, const double *scale,
-                           int32_t count, int32_t n)
+static bool gather_rows(double *to, const double *J, const int32_t *rows, const double *scale,
+                        int32_t count, int32_t n)
 {
-    int32_t changes = 0;
+    bool changes = 0;
 
     for (int32_t i = 0; i < count; i++, to += n) {
         const double *from = J + (size_t)rows[i] * (size_t)n, factor = scale ? scale[i] : 1.0;
@@ -60,7 +60,7 @@ static int32_t gather_mass(const perp_contact_step *s)
 static void hand_back(perp_contact_solver *solver, perp_contact_step *s)
 {
     /* as the caller gave them */
-    const int32_t bounded = solver->bounded.count > 0;
+    const bool bounded = solver->bounded.count > 0;
     const perp__matrix *H = bounded ? &solver->bounded.H : &solver->dynamics.H;
     const perp__matrix *G = bounded ? &solver->bounded.G : &solver->dynamics.G;
     double *force = s->row_force ? *s->row_force : NULL, largest = 0.0;
@@ -175,7 +175,7 @@ static perp_status check_counts(perp_context *context, const perp_contact_step *
 static perp_status check_sizes(const perp_contact_solver *solver, const perp_contact_step *s)
 {
     const perp__contact_bounded *bounded = &solver->bounded;
-    const int32_t given = bounded->count > 0;
+    const bool given = bounded->count > 0;
     const int32_t rows = given ? bounded->rows : solver->rows;
     const struct {
         const char *name;
@@ -205,7 +205,7 @@ static perp_status solve(perp_contact_solver *solver, perp_contact_step *s, int3
     const double *start = s->warm ? s->start : NULL;
     const perp__contact_call call = {
         {0, s->v, s->r, s->u, s->modes, NULL}, result, s->f, s->w, s->b, NULL, start};
-    const int32_t keeps = s->warm && s->rests && !changes;
+    const bool keeps = s->warm && s->rests && !changes;
     double *momentum;
     perp_status status = PERP_OK;
 

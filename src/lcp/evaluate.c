@@ -175,7 +175,7 @@ perp__evaluation perp__evaluate(perp_lcp_solver *solver)
     return perp__evaluate_product(solver);
 }
 
-int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *residuals)
+bool perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *residuals)
 {
     return residuals->backward <= PERP__EXACT && residuals->tested <= solver->settings.tol;
 }

@@ -42,8 +42,8 @@ static void start_from(perp_lcp_solver *solver, const double *z0)
 
 /* Whether a point of this worth and outcome takes the place of the best one. A verified ray is an
  * answer, too: only a solution beats it. */
-static int32_t is_better(const perp__candidate *best, const perp__evaluation *residuals,
-                         perp_outcome outcome)
+static bool is_better(const perp__candidate *best, const perp__evaluation *residuals,
+                      perp_outcome outcome)
 {
     if (best->method < 0)
         return 1;
@@ -56,7 +56,7 @@ static int32_t is_better(const perp__candidate *best, const perp__evaluation *re
             (outcome == PERP_OUTCOME_RAY || residuals->tested < best->residuals.tested));
 }
 
-static int32_t may_go_on(const perp_lcp_solver *solver)
+static bool may_go_on(const perp_lcp_solver *solver)
 {
     return solver->ended < 0 && solver->problem.tol > 1e-4 * solver->settings.tol;
 }
@@ -64,9 +64,8 @@ static int32_t may_go_on(const perp_lcp_solver *solver)
 perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step, perp_outcome said,
                            const perp__lcp_iterate *iterate, const double *z0)
 {
-    const int32_t is_polished = solver->settings.polish && said != PERP_OUTCOME_RAY &&
-                                !step->rough && !iterate->far_off &&
-                                !perp__is_past(solver->deadline);
+    const bool is_polished = solver->settings.polish && said != PERP_OUTCOME_RAY && !step->rough &&
+                             !iterate->far_off && !perp__is_past(solver->deadline);
     const double tol = solver->settings.tol;
     perp__evaluation residuals;
     perp_status status = PERP_OK;
@@ -140,7 +139,7 @@ perp_outcome perp__lcp_tick(perp__lcp_control *control, int64_t iterations, doub
     return perp__is_past(control->deadline) ? PERP_OUTCOME_TIME_LIMIT : -1;
 }
 
-int32_t perp__lcp_has_time(perp__lcp_control *control, double residuals)
+bool perp__lcp_has_time(perp__lcp_control *control, double residuals)
 {
     if (!control || control->deadline == 0.0 ||
         perp__now() + control->residual * residuals <= control->deadline)
@@ -174,7 +173,7 @@ void perp__lcp_sweep(const perp__lcp_problem *p, double *z, double *w)
 #define RESIDUALS 4.0
 
 /* Keeps solver->ray if it stands the check. */
-static int32_t keep_ray(perp_lcp_solver *solver)
+static bool keep_ray(perp_lcp_solver *solver)
 {
     double largest;
 
@@ -287,7 +286,7 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
     return status;
 }
 
-static int32_t ends_the_search(const perp_lcp_solver *solver)
+static bool ends_the_search(const perp_lcp_solver *solver)
 {
     return perp__is_good(solver->best.outcome) || solver->ended >= 0 ||
            (solver->best.outcome == PERP_OUTCOME_RAY &&
@@ -332,10 +331,10 @@ static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, con
             start = solver->z;
         } else {
             /* 3. Solved, but not to the last digits, and the method may find them; or failed. */
-            const int32_t is_improvable =
-                solver->improvable && perp__is_good(solver->best.outcome) && solver->ended < 0 &&
-                solver->best.residuals.backward > PERP__EXACT && settings->polish &&
-                settings->tol < PERP__ROUGH_TOLERANCE;
+            const bool is_improvable = solver->improvable && perp__is_good(solver->best.outcome) &&
+                                       solver->ended < 0 &&
+                                       solver->best.residuals.backward > PERP__EXACT &&
+                                       settings->polish && settings->tol < PERP__ROUGH_TOLERANCE;
 
             goes_on = (!ends_the_search(solver) || is_improvable) &&
                       !(step->method == PERP_LCP_LEMKE && /* two say nothing of other methods */
@@ -357,10 +356,10 @@ static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, con
  * as the other's costs need, and player two the one strategy that answers it. */
 
 /* Whether M >= 0 has a zero diagonal, z >= 0 and q < 0: two players' costs, for one LCP. */
-static int32_t is_game(const perp_lcp_solver *solver)
+static bool is_game(const perp_lcp_solver *solver)
 {
     perp__cursor c = perp__first(&solver->M);
-    int32_t game = 1;
+    bool game = 1;
 
     for (int32_t i = 0; i < solver->n && game; i++)
         game = solver->q[i] < 0.0 && solver->lower[i] == 0.0 && solver->upper[i] == INFINITY;
@@ -388,7 +387,7 @@ static int32_t last_lifted(const perp_lcp_solver *solver, int32_t j, double *z)
 }
 
 /* game_start := the point that strategy j gives; false if none. */
-static int32_t find_game_start(perp_lcp_solver *solver, int32_t j)
+static bool find_game_start(perp_lcp_solver *solver, int32_t j)
 {
     double first, second;
     const int32_t s = last_lifted(solver, j, &first);
@@ -420,7 +419,7 @@ static perp_status play(perp_lcp_solver *solver, const perp__plan_step *step)
 
 /* With a limit: a product with a vector without zeros tells what a residual takes; those of the end
  * are taken off. Returns 0 if there is no time for anything else. */
-static int32_t keep_time(perp_lcp_solver *solver)
+static bool keep_time(perp_lcp_solver *solver)
 {
     const double begun = perp__now();
 
@@ -505,8 +504,8 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
     /* 2. The plan's methods; a ray that proves nothing leaves the next one its chance. */
     count = perp__make_plan(solver, steps);
     for (int32_t k = 0; k < count && status == PERP_OK; k++) {
-        const int32_t plays = steps[k].method == PERP_LCP_LEMKE &&
-                              solver->settings.pivot_rule == PERP_PIVOT_HARRIS && is_game(solver);
+        const bool plays = steps[k].method == PERP_LCP_LEMKE &&
+                           solver->settings.pivot_rule == PERP_PIVOT_HARRIS && is_game(solver);
 
         if (steps[k].as_lu)
             status = perp__sparse_block_lu_cost(&solver->block, &steps[k].iteration_limit);

@@ -19,7 +19,7 @@ perp_status perp__lcp_create(perp_context *context, perp_lcp_solver **solver,
                              const perp_lcp_settings *settings);
 /* Whether `auto` searches the index sets of problems with up to 20 variables, where all else fails:
  * those of contacts, whose variables choose between two places. */
-void perp__lcp_insist(perp_lcp_solver *solver, int32_t insists);
+void perp__lcp_insist(perp_lcp_solver *solver, bool insists);
 perp_status perp__lcp_set(perp_lcp_solver *solver, const perp_lcp_settings *settings);
 /* signs[i] := -1 where the equation of a free z_i is to be turned round (solver.c), 1 elsewhere;
  * returns how many are. */
@@ -29,7 +29,7 @@ perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const
                             const double *upper);
 /* The verdict on a point whose derivatives are asked for; and whether it has some: else the message
  * calls the point `name` and what is singular `set`. claims/sensitivity.c. */
-int32_t perp__lcp_verdict(int32_t good, double condition, double margin, double tol);
+int32_t perp__lcp_verdict(bool good, double condition, double margin, double tol);
 perp_status perp__lcp_check_verdict(perp_context *context, const char *name, const char *set,
                                     int32_t verdict);
 perp_status perp__lcp_solve(perp_lcp_solver *solver, double *z, double *w, double *ray,

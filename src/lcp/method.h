@@ -34,7 +34,7 @@ enum perp__place {
 
 /* The place of a row by the natural map, above = z - l, below = z - u: the side of z - w on which z
  * lies. */
-static inline int8_t perp__place(int32_t is_fixed, double above, double below, double w)
+static inline int8_t perp__place(bool is_fixed, double above, double below, double w)
 {
     return is_fixed     ? PERP__FIXED
            : above <= w ? PERP__AT_LOWER
@@ -128,7 +128,7 @@ perp_outcome perp__lcp_tick(perp__lcp_control *control, int64_t iterations, doub
 
 /* Whether there is time for what takes as long as so many residuals: what would end too late is not
  * begun. */
-int32_t perp__lcp_has_time(perp__lcp_control *control, double residuals);
+bool perp__lcp_has_time(perp__lcp_control *control, double residuals);
 
 /* Checks M, which has to be square, and the bounds; fills *copy. */
 perp_status perp__lcp_problem_read(perp_context *context, perp__matrix *copy, const perp_matrix *M,

@@ -25,13 +25,13 @@ static int32_t add(perp__plan_step *steps, int32_t count, int32_t method)
 /* Sweeps before anything is factored: where the diagonal promises that few suffice, or, where M
  * would be factored by LU, the first sweeps do; where the tolerance is loose, because they may
  * suffice; where time is short, because a direct solve may end with nothing to show. */
-static int32_t add_sweeps_first(const perp_lcp_solver *solver, perp__plan_step *steps)
+static bool add_sweeps_first(const perp_lcp_solver *solver, perp__plan_step *steps)
 {
-    const int32_t is_sparse = solver->S.column_starts != NULL;
-    const int32_t is_tridiagonal = is_sparse && solver->block.kind == PERP__SPARSE_TRIDIAGONAL;
-    const int32_t is_limited = solver->settings.time_limit > 0.0;
-    const int32_t may_promise = is_sparse && solver->n >= PERP__LARGE_MATRIX;
-    const int32_t is_dear = is_sparse && solver->block.kind == PERP__SPARSE_GENERAL;
+    const bool is_sparse = solver->S.column_starts != NULL;
+    const bool is_tridiagonal = is_sparse && solver->block.kind == PERP__SPARSE_TRIDIAGONAL;
+    const bool is_limited = solver->settings.time_limit > 0.0;
+    const bool may_promise = is_sparse && solver->n >= PERP__LARGE_MATRIX;
+    const bool is_dear = is_sparse && solver->block.kind == PERP__SPARSE_GENERAL;
     double share = 0.0;
 
     add(steps, 0, PERP_LCP_PGS);
@@ -59,9 +59,9 @@ static int32_t add_sweeps_first(const perp_lcp_solver *solver, perp__plan_step *
 int32_t perp__make_plan(const perp_lcp_solver *solver, perp__plan_step *steps)
 {
     const perp__sparse_block *block = &solver->block;
-    const int32_t is_sparse = solver->S.column_starts != NULL;
-    const int32_t sweeps = block->has_positive_diagonal;
-    const int32_t path = !is_sparse || solver->n <= PERP__LARGEST_PATH;
+    const bool is_sparse = solver->S.column_starts != NULL;
+    const bool sweeps = block->has_positive_diagonal;
+    const bool path = !is_sparse || solver->n <= PERP__LARGEST_PATH;
     int32_t count;
 
     if (solver->settings.method != PERP_LCP_AUTO)

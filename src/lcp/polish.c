@@ -40,7 +40,7 @@ perp_status perp__polish_fit(perp_lcp_solver *solver)
 }
 
 /* Whether the equations hold as well as a double z allows: a look that costs less than a solve. */
-static int32_t is_refined(perp_lcp_solver *solver, int32_t count)
+static bool is_refined(perp_lcp_solver *solver, int32_t count)
 {
     perp__find_reach(solver);
     for (int32_t k = 0; k < count; k++) {
@@ -151,7 +151,7 @@ static void recall(perp_lcp_solver *solver)
     memcpy(solver->w_low, p->w_low, bytes);
 }
 
-int32_t perp__polish_correct(perp_lcp_solver *solver, perp__evaluation *residuals)
+bool perp__polish_correct(perp_lcp_solver *solver, perp__evaluation *residuals)
 {
     perp__polish *p = &solver->polish;
     const size_t bytes = (size_t)solver->n * sizeof *p->z;
@@ -244,7 +244,7 @@ static perp_status attempt(perp_lcp_solver *solver, int32_t rounds, double rho,
     return status == PERP__FACTOR_SINGULAR ? PERP_OK : status;
 }
 
-perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *residuals, int32_t is_good)
+perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *residuals, bool is_good)
 {
     const int32_t rounds = solver->S.column_starts ? PERP__REPAIRS_SPARSE : PERP__REPAIRS_DENSE;
     perp_status status = PERP_OK;

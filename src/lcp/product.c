@@ -42,8 +42,7 @@ typedef struct projected {
     double curvature; /* of `direction`, with `image`, if the next may be conjugate to it; else 0 */
     int32_t omega;    /* log2: scaled numbers are z / (D omega), D w / omega; */
     int32_t *exponents; /* and of D */
-    double *scale, *q, *lower, *upper;
-    double *x, *gradient, *best;
+    double *scale, *q, *lower, *upper, *x, *gradient, *best;
     double *free_part, *chopped, *direction, *image;
     double *kept, *kept_gradient; /* before an expansion */
     double *caller_z;
@@ -61,7 +60,7 @@ static void layout(perp__arena *arena, void *object)
 }
 
 /* y := D M D x; false where there is none. */
-static int32_t multiply(projected *p, double *y, const double *x)
+static bool multiply(projected *p, double *y, const double *x)
 {
     int32_t answer, finite = 1;
 
@@ -85,7 +84,7 @@ static int32_t multiply(projected *p, double *y, const double *x)
 
 /* |D M D| by powers, from a start that no symmetry of a grid is orthogonal to. The first two tell
  * whether M is symmetric: with v = M u, v'M u and u'M v agree to half of the digits. */
-static int32_t find_norm(projected *p)
+static bool find_norm(projected *p)
 {
     const int32_t n = p->n;
     const size_t bytes = (size_t)n * sizeof(double);
@@ -122,7 +121,7 @@ static int32_t find_norm(projected *p)
 }
 
 /* Scaled gradient at x. */
-static int32_t find_gradient(projected *p)
+static bool find_gradient(projected *p)
 {
     if (!multiply(p, p->gradient, p->x))
         return 0;
@@ -142,7 +141,7 @@ static double split(projected *p, double reach, double *proportion)
     for (int32_t i = 0; i < p->n; i++) {
         const double above = p->x[i] - p->lower[i], below = p->x[i] - p->upper[i];
         const double g = p->gradient[i];
-        const int32_t at_lower = above <= 0.0, at_upper = below >= 0.0;
+        const bool at_lower = above <= 0.0, at_upper = below >= 0.0;
 
         p->free_part[i] = at_lower || at_upper ? 0.0 : g;
         p->chopped[i] = at_lower == at_upper ? 0.0 : at_lower ? fmin(g, 0.0) : fmax(g, 0.0);
@@ -171,9 +170,9 @@ static double longest_step(const projected *p, const double *d)
 
 /* x := x - step d, onto the bound where that ends there; the gradient with it. False where that
  * leaves the range of doubles. */
-static int32_t move(projected *p, double step, const double *d)
+static bool move(projected *p, double step, const double *d)
 {
-    int32_t finite = 1;
+    bool finite = 1;
 
     for (int32_t i = 0; i < p->n; i++) {
         if (d[i] > 0.0 && step >= (p->x[i] - p->lower[i]) / d[i])
@@ -206,7 +205,7 @@ static double energy(const projected *p, double *rounding)
 /* A step along d that met a bound: on to its end, projected onto the bounds (Kruzik, Horak, Cermak,
  * Pospisil & Pecha, Adv. Eng. Softw. 145 (2020) 102775). Where that climbs a projected step along
  * the free gradient instead, which falls if |M| is as it is thought to be. */
-static int32_t expand(projected *p, double rest, const double *d)
+static bool expand(projected *p, double rest, const double *d)
 {
     const size_t bytes = (size_t)p->n * sizeof(double);
     const double reach = REACH / p->norm;
@@ -236,7 +235,7 @@ static int32_t expand(projected *p, double rest, const double *d)
 }
 
 /* One step from a point that is split. False where none is left, or a product failed. */
-static int32_t advance(projected *p, int32_t is_proportional)
+static bool advance(projected *p, bool is_proportional)
 {
     const int32_t n = p->n;
     double *d = is_proportional ? p->direction : p->chopped;
@@ -289,7 +288,7 @@ static double backward_error(const projected *p)
                                      sqrt(perp__dot(p->q, p->q, p->n)));
 }
 
-static int32_t is_rounding(const projected *p, double residual)
+static bool is_rounding(const projected *p, double residual)
 {
     return residual <= sqrt(p->settings.tol) && backward_error(p) <= PERP__ROUNDING_LIMIT;
 }
@@ -302,7 +301,7 @@ static perp_outcome search(projected *p)
     double remembered = INFINITY, lowest = INFINITY, window = INFINITY, level = INFINITY;
     double residual, proportion, rounding;
     int64_t next = PERP__STAGNATION;
-    int32_t claimed = 0; /* images said that this is the end */
+    bool claimed = 0; /* images said that this is the end */
     perp_outcome outcome = -1;
 
     if (!find_gradient(p) || !find_norm(p))
@@ -390,7 +389,7 @@ static double scale_place(const projected *p, int32_t i, double z)
 static void scale_problem(projected *p, const double *diagonal, const double *q,
                           const double *lower, const double *upper, const double *z0)
 {
-    int32_t any = 0;
+    bool any = 0;
 
     p->omega = 0;
     for (int32_t i = 0; i < p->n; i++) {
@@ -419,7 +418,7 @@ static void write_answer(const projected *p, double *z, double *w, perp_lcp_resu
                          const double *lower, const double *upper)
 {
     double residual = 0.0, natural = 0.0;
-    int32_t held = 1;
+    bool held = 1;
 
     for (int32_t i = 0; i < p->n; i++) {
         const int32_t unit = p->exponents[i] + p->omega;

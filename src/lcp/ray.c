@@ -15,7 +15,7 @@
 /* Along a secondary ray z + s dz, w + s (M dz + covering) the pairs stay complementary: where dz
  * moves the row does not, and where it rests the row moves into its own half-line (Cottle, Pang &
  * Stone 1992, section 4.4). */
-static int32_t row_holds(double lower, double upper, double dz, double dw, double slack)
+static bool row_holds(double lower, double upper, double dz, double dw, double slack)
 {
     if (lower == upper)
         return 1;
@@ -28,7 +28,7 @@ static int32_t row_holds(double lower, double upper, double dz, double dw, doubl
     return 1; /* both bounds finite: w may go either way */
 }
 
-int32_t perp__ray_verify(perp_lcp_solver *solver)
+bool perp__ray_verify(perp_lcp_solver *solver)
 {
     double largest = 0.0;
 
@@ -36,8 +36,8 @@ int32_t perp__ray_verify(perp_lcp_solver *solver)
      * The cover is positive where z starts at its lower bound, negative at its upper one. */
     for (int32_t i = 0; i < solver->n; i++) {
         const double ray = solver->ray[i], covering = solver->covering[i];
-        const int32_t no_lower = solver->lower[i] == -INFINITY;
-        const int32_t no_upper = solver->upper[i] == INFINITY;
+        const bool no_lower = solver->lower[i] == -INFINITY;
+        const bool no_upper = solver->upper[i] == INFINITY;
 
         if (!isfinite(ray) || !isfinite(covering) || (ray > 0.0 && !no_upper) ||
             (ray < 0.0 && !no_lower) || (covering < 0.0 && !no_lower) ||
@@ -75,7 +75,7 @@ int32_t perp__ray_verify(perp_lcp_solver *solver)
  * class of M; of a free z_j, whose row is an equation, y_j has any sign and (M'y)_j = 0. y is in
  * solver->z; all in the scaled problem's units, with one omega for all parts. Sizes count what is
  * lost to rounding, `lost` what is lost below the least normal number. */
-static int32_t proves_infeasible(perp_lcp_solver *solver)
+static bool proves_infeasible(perp_lcp_solver *solver)
 {
     const double rounding = 2.0 * (double)solver->n * DBL_EPSILON;
     const perp__matrix *M = &solver->M;
@@ -94,7 +94,7 @@ static int32_t proves_infeasible(perp_lcp_solver *solver)
         lost += DBL_MIN * (1.0 + fabs(y[i]));
     }
     for (j = 0; j < solver->n; j++) {
-        const int32_t is_free = solver->lower[j] == -INFINITY;
+        const bool is_free = solver->lower[j] == -INFINITY;
         const double lower =
             is_free ? 0.0 : perp__shift(solver->lower[j], -solver->exponents[j] - omega);
         const int32_t count =
@@ -129,7 +129,7 @@ static int32_t proves_infeasible(perp_lcp_solver *solver)
     return total < -(rounding * size + lost);
 }
 
-int32_t perp__ray_certificate(perp_lcp_solver *solver)
+bool perp__ray_certificate(perp_lcp_solver *solver)
 {
     double least = INFINITY;
 
@@ -143,7 +143,7 @@ int32_t perp__ray_certificate(perp_lcp_solver *solver)
         if (fabs(solver->ray[i]) > PERP__RAY_TOLERANCE)
             least = fmin(least, fabs(solver->z[i]));
     for (int32_t times = 1; times <= PERP__LARGEST_MULTIPLE; times += 2) {
-        int32_t is_short = 1;
+        bool is_short = 1;
 
         /* `times` y over its least entry, if these are numbers of 24 bits but for rounding; entries
          * that are rounding themselves become 0 */

@@ -92,7 +92,7 @@ void perp__small_equilibrate(perp_lcp_solver *solver)
     fastest()->scale(solver);
 }
 
-int32_t perp__small_solve(perp_lcp_solver *solver, const double *z0, perp__evaluation *residuals)
+bool perp__small_solve(perp_lcp_solver *solver, const double *z0, perp__evaluation *residuals)
 {
     const perp_lcp_settings *s = &solver->settings;
 

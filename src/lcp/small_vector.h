@@ -150,7 +150,7 @@ TARGET static inline int32_t NAME(has_rounding)(const double *x, size_t rows, do
 {
     const lanes zero = spread(0.0);
     lanes largest = zero, least;
-    int32_t found = 0;
+    bool found = 0;
 
     for (size_t i = 0; i < rows; i += LANES)
         largest = larger(absolute(load(x + i)), largest);

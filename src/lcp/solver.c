@@ -153,13 +153,13 @@ perp_status perp__lcp_problem_read(perp_context *context, perp__matrix *copy, co
  * (Cottle, Pang and Stone, "The Linear Complementarity Problem", sections 1.3 and 4.4). So an
  * equation in which z_i itself has no part is turned round where more of its entries have the sign
  * of their mirror images than the other one; the scale of no row depends on that. */
-static int32_t is_free(const double *lower, const double *upper, int32_t i)
+static bool is_free(const double *lower, const double *upper, int32_t i)
 {
     return lower[i] == -INFINITY && (!upper || upper[i] == INFINITY);
 }
 
 /* Whether row i is to be turned round, with signs of the others as they are. */
-static int32_t is_turned(const perp__matrix *M, int32_t i, const int8_t *signs)
+static bool is_turned(const perp__matrix *M, int32_t i, const int8_t *signs)
 {
     const perp__line l = perp__line_of(M, i);
     int64_t alike = 0;
@@ -236,7 +236,7 @@ static void equilibrate(perp_lcp_solver *solver)
 }
 
 /* Large sparse matrices stay so. */
-static int32_t is_expanded(const perp_lcp_solver *s)
+static bool is_expanded(const perp_lcp_solver *s)
 {
     return !s->M.column_starts || s->n <= PERP__SMALL_SPARSE;
 }
@@ -294,7 +294,7 @@ perp__matrix perp__scale_matrix(const perp_lcp_solver *s, double *values)
     const perp__matrix *M = &s->M;
     const double *d = s->factors;
     const size_t n = (size_t)s->n;
-    const int32_t is_sparse = !is_expanded(s);
+    const bool is_sparse = !is_expanded(s);
 
     if (!M->column_starts)
         scale_dense(M, d, values);

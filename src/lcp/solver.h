@@ -14,9 +14,7 @@
 
 /* What a point is worth: the numbers docs/lcp.md defines, all from the caller's data. */
 typedef struct perp__evaluation {
-    double natural;
-    double tested;
-    double backward;
+    double natural, tested, backward;
     int32_t finite; /* all of z and w */
     int32_t small;  /* every row's violation is at most tol |q_i|: the second witness agrees */
 } perp__evaluation;
@@ -51,8 +49,7 @@ struct perp_lcp_solver {
     perp__arena arena;
     int64_t setups; /* 0: no problem yet */
     int64_t shape;  /* the set-up since which arrays have needed no other sizes */
-    int32_t free_variables;
-    int32_t n;
+    int32_t free_variables, n;
     int32_t length; /* n; up to PERP__SMALL_LENGTH whole vectors: arrays are 0 from n to there */
     perp__matrix M;
     perp__matrix wide;        /* for products: M, with zeros to that length where M has them */
@@ -208,7 +205,7 @@ void perp__small_read(perp_lcp_solver *solver);
 void perp__small_equilibrate(perp_lcp_solver *solver);
 /* The shortest way for a small dense problem. False where that does not solve it to the last
  * digits: nothing but the point and solver->spent has changed then. */
-int32_t perp__small_solve(perp_lcp_solver *solver, const double *z0, perp__evaluation *residuals);
+bool perp__small_solve(perp_lcp_solver *solver, const double *z0, perp__evaluation *residuals);
 
 /* Makes solver->z the candidate of a step: evaluates it, polishes it unless it is far off, keeps it
  * if it is the best so far or the first. PERP_OK, or _MEMORY. */
@@ -220,7 +217,7 @@ void perp__consider_point(perp_lcp_solver *solver, int32_t method, perp_outcome 
 
 /* As good as a double gets: a backward error up to PERP__EXACT leaves nothing to gain. */
 #define PERP__EXACT (4.0 * DBL_EPSILON)
-int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *residuals);
+bool perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *residuals);
 
 /* Reads places off solver->z and w_high: the side of z - w, in scaled units, on which it lies. */
 void perp__read_places(perp_lcp_solver *solver, int8_t *places);
@@ -239,7 +236,7 @@ perp_status perp__polish_fit(perp_lcp_solver *solver);
  * active block: one step of refinement with it, instead of a factorisation, if that is all it
  * takes. True if that gave a point as good as a double gets, with its worth; else nothing has
  * changed. */
-int32_t perp__polish_correct(perp_lcp_solver *solver, perp__evaluation *residuals);
+bool perp__polish_correct(perp_lcp_solver *solver, perp__evaluation *residuals);
 
 /* Solves the parts of few variables that share nothing one by one; nothing where there is but one
  * part. PERP_OK, _MEMORY, or _CALLBACK if the monitor aborts. */
@@ -249,12 +246,12 @@ perp_status perp__solve_apart(perp_lcp_solver *solver);
  * is or not, repairs a few signs,
  * and leaves the best point it met in solver->z with w_high, w_low and its worth. PERP_OK, or
  * _MEMORY. */
-perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *residuals, int32_t is_good);
+perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *residuals, bool is_good);
 
 /* Checks the ray in solver->ray against the caller's matrix; true if it is one, and then D ray is
  * in solver->z. The certificate tells whether it, or a vector within its rounding that is left
  * there instead, proves that no z >= l has M z + q >= 0. */
-int32_t perp__ray_verify(perp_lcp_solver *solver);
-int32_t perp__ray_certificate(perp_lcp_solver *solver);
+bool perp__ray_verify(perp_lcp_solver *solver);
+bool perp__ray_certificate(perp_lcp_solver *solver);
 
 #endif

@@ -192,7 +192,7 @@ void perp__active_rows_free(perp__active_rows *active, double *y)
             perp__dot(active->basis + (size_t)k * (size_t)active->n, active->particular, active->n);
 }
 
-PERP__KERNEL static int32_t fix(perp__active_rows *active, int32_t first, int32_t count, int32_t n)
+PERP__KERNEL static bool fix(perp__active_rows *active, int32_t first, int32_t count, int32_t n)
 {
     double *unit = active->unit, share = 0.0;
 
@@ -211,7 +211,7 @@ PERP__KERNEL static int32_t fix(perp__active_rows *active, int32_t first, int32_
     return sqrt(perp__dot(unit, unit, n)) <= PERP__SPAN;
 }
 
-int32_t perp__active_rows_fix(perp__active_rows *active, int32_t first, int32_t count)
+bool perp__active_rows_fix(perp__active_rows *active, int32_t first, int32_t count)
 {
     return active->n == BODY && count == BODY ? fix(active, 0, BODY, BODY)
                                               : fix(active, first, count, active->n);

@@ -41,7 +41,7 @@ void perp__active_rows_solve(perp__active_rows *active);
 void perp__active_rows_free(perp__active_rows *active, double *y);
 /* Whether the rows determine `unit`, a direction of length 1 that is 0 but for `count` entries from
  * `first`, and rows without targets alone. Destroys it. */
-int32_t perp__active_rows_fix(perp__active_rows *active, int32_t first, int32_t count);
+bool perp__active_rows_fix(perp__active_rows *active, int32_t first, int32_t count);
 
 /* y := what is left of y outside the span of the basis. */
 void perp__project_out(const double *basis, int32_t rank, int32_t n, double *y);

@@ -98,7 +98,7 @@ perp_status perp__basis_load(perp__basis *basis, perp_context *context, int32_t 
                              const perp__principal *principal)
 {
     perp_status status = PERP_OK;
-    int32_t is_principal;
+    bool is_principal;
 
     /* 1. A factorisation with room for every kernel there can be. */
     if (!basis->factor || basis->factor_order < basis->capacity) {
@@ -212,7 +212,7 @@ void perp__basis_solve_transposed(perp__basis *basis, double *e, double *y)
             y[r] = basis->part[basis->kernel_row[r]];
 }
 
-int32_t perp__basis_has_room(const perp__basis *basis)
+bool perp__basis_has_room(const perp__basis *basis)
 {
     return basis->spikes < basis->most_spikes &&
            basis->spike_starts[basis->spikes] + (size_t)basis->n <= basis->file_entries;

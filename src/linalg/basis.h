@@ -77,7 +77,7 @@ void perp__basis_solve(perp__basis *basis, const double *a, double *x);
 void perp__basis_solve_transposed(perp__basis *basis, double *e, double *y);
 
 /* Whether the file has room for any spike. An empty one has. */
-int32_t perp__basis_has_room(const perp__basis *basis);
+bool perp__basis_has_room(const perp__basis *basis);
 
 /* Puts a column into position r; spike = B^-1 column, spike[r] != 0. There must be room. */
 void perp__basis_replace(perp__basis *basis, int32_t r, const double *spike);

@@ -37,7 +37,7 @@ void perp__border_begin(perp__sparse_block *b)
 }
 
 /* M(active, j), or M(j, active) if `row`. */
-static void gather(const perp__sparse_block *b, int32_t j, int32_t row, double *into)
+static void gather(const perp__sparse_block *b, int32_t j, bool row, double *into)
 {
     const size_t n = (size_t)b->M->rows, stride = row ? n : 1;
     const double *from = b->M->values + (size_t)j * (row ? 1 : n);
@@ -118,7 +118,7 @@ static int32_t compare(perp__sparse_block *b, const int32_t *active, int32_t cou
 
 /* The Schur complement of the changes in `differ`, factored. Returns 0 for a pivot that rounding
  * could have made. */
-static int32_t factor_corner(perp__border *border)
+static bool factor_corner(perp__border *border)
 {
     const int32_t changes = border->changes;
     double least = INFINITY, largest = 0.0;
@@ -141,7 +141,7 @@ static int32_t factor_corner(perp__border *border)
     return least >= PERP__SUM_ROUNDING * largest;
 }
 
-int32_t perp__border_choose(perp__sparse_block *b, const int32_t *active, int32_t count)
+bool perp__border_choose(perp__sparse_block *b, const int32_t *active, int32_t count)
 {
     perp__border *border = &b->border;
     const int32_t first = border->kept;

@@ -87,7 +87,7 @@ static int32_t eliminate(perp__cone *cone)
         int32_t row = -1, column = 0;
 
         for (i = 0; i < (rank == 0 ? 1 : cone->rows); i++) {
-            int32_t used = 0;
+            bool used = 0;
 
             for (int32_t k = 0; k < rank; k++)
                 used |= cone->chosen[k] == i;
@@ -158,7 +158,7 @@ static int32_t count_bits(uint64_t bits)
 }
 
 /* Two rays span a face of dimension two if no third is tight wherever both are. */
-static int32_t are_adjacent(perp__cone *cone, int32_t a, int32_t b, int32_t rank)
+static bool are_adjacent(perp__cone *cone, int32_t a, int32_t b, int32_t rank)
 {
     const uint64_t low = cone->tight[2 * a] & cone->tight[2 * b];
     const uint64_t high = cone->tight[2 * a + 1] & cone->tight[2 * b + 1];
@@ -252,7 +252,7 @@ perp_status perp__cone_enumerate(perp__cone *cone)
     cone->lines = 0;
     for (int32_t j = 0; j < cone->dimension; j++) {
         double *line = lines + (size_t)cone->lines * width;
-        int32_t is_pivot = 0;
+        bool is_pivot = 0;
 
         for (int32_t k = 0; k < rank; k++)
             is_pivot |= cone->chosen[cone->dimension + k] == j;
@@ -269,7 +269,7 @@ perp_status perp__cone_enumerate(perp__cone *cone)
     /* 2. Rays: those of the chosen rows, cut by one row after the other. */
     start(cone, rank);
     for (int32_t i = 0; i < cone->rows && status == PERP_OK; i++) {
-        int32_t used = 0;
+        bool used = 0;
 
         for (int32_t k = 0; k < rank; k++)
             used |= cone->chosen[k] == i;

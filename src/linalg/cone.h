@@ -9,8 +9,7 @@
 
 typedef struct perp__cone {
     perp_context *context;
-    int32_t dimension;
-    int32_t rows;
+    int32_t dimension, rows;
     double *A;       /* rows by dimension, row-major; filled by the caller, normalised here */
     double *work;    /* (rows + 3 dimension) * dimension */
     int32_t *chosen; /* 3 dimension: rows and columns of a regular block of A */

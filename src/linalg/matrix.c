@@ -144,7 +144,7 @@ perp_status perp__matrix_read_sized(perp_context *context, const char *name, per
 
 void perp__matrix_spread(const perp__matrix *M, double *A, size_t stride)
 {
-    const int32_t by_rows = perp__lines_are_rows(M);
+    const bool by_rows = perp__lines_are_rows(M);
     const size_t step = by_rows ? stride : 1;
 
     for (int32_t j = 0; M->rows > 0 && j < (by_rows ? M->rows : M->columns); j++) {
@@ -190,11 +190,11 @@ void perp__principal_csc(const perp__matrix *M, const perp__index_set *set, doub
     for (int32_t c = 0; c < set->count; c++) {
         const int32_t j = set->active[c];
         const double shift = weights ? weights[j] : rho;
-        int32_t placed = shift == 0.0; /* the diagonal's entry, needed for a shift */
+        bool placed = shift == 0.0; /* the diagonal's entry, needed for a shift */
 
         starts[c] = at;
         for (int32_t k = M->column_starts[j]; k <= M->column_starts[j + 1]; k++) {
-            const int32_t is_end = k == M->column_starts[j + 1];
+            const bool is_end = k == M->column_starts[j + 1];
             const int32_t i = is_end ? M->rows : M->row_indices[k];
 
             if (!placed && i > j) {

@@ -2,6 +2,8 @@
 #ifndef PERP_LINALG_MATRIX_H
 #define PERP_LINALG_MATRIX_H
 
+#include <stdbool.h>
+
 #include <perp/matrix.h>
 
 #include <math.h>
@@ -10,13 +12,10 @@
 /* Dense entry (i,j) is values[i * row_stride + j * column_stride], one of the strides being 1; CSC
  * if column_starts is not NULL. */
 typedef struct perp__matrix {
-    int32_t rows;
-    int32_t columns;
-    size_t row_stride;
-    size_t column_stride;
+    int32_t rows, columns;
+    size_t row_stride, column_stride;
     const double *values;
-    const int32_t *column_starts;
-    const int32_t *row_indices;
+    const int32_t *column_starts, *row_indices;
 } perp__matrix;
 
 /* Checks a caller's view completely (struct, storage, sizes, leading dimension, index arrays,
@@ -110,7 +109,7 @@ static inline void perp__copy(double *to, const double *from, int32_t n)
         memcpy(to, from, (size_t)n * sizeof *to);
 }
 
-static inline int32_t perp__is_zero(const double *x, int32_t n)
+static inline bool perp__is_zero(const double *x, int32_t n)
 {
     for (int32_t i = 0; i < n; i++)
         if (x[i] != 0.0)
@@ -153,7 +152,7 @@ static inline perp__line perp__line_of(const perp__matrix *M, int32_t j)
 }
 
 /* Whether the lines are rows. */
-static inline int32_t perp__lines_are_rows(const perp__matrix *M)
+static inline bool perp__lines_are_rows(const perp__matrix *M)
 {
     return !M->column_starts && M->row_stride != 1;
 }
@@ -174,7 +173,7 @@ static inline perp__cursor perp__first(const perp__matrix *M)
     return c;
 }
 
-static inline int32_t perp__advance(perp__cursor *c)
+static inline bool perp__advance(perp__cursor *c)
 {
     int32_t k = c->next;
 

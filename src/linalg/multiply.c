@@ -229,7 +229,7 @@ int32_t perp__find_parts(const perp__matrix *M, int32_t *part, double *work)
 {
     enum { LOOKED_AT = 4 };
     const int32_t n = M->rows;
-    int32_t is_one = 0;
+    bool is_one = 0;
 
     /* most dense matrices: one of the first rows and columns has no zero. The column joins all rows
      * to one another, the row all columns to them */

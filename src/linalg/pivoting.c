@@ -112,8 +112,8 @@ void perp__pivoting_widths(const perp__pivoting *p, double *width, const double 
     }
 }
 
-int32_t perp__pivoting_is_consistent(const perp__pivoting *p, const double *b, const double *load,
-                                     double tolerance)
+bool perp__pivoting_is_consistent(const perp__pivoting *p, const double *b, const double *load,
+                                  double tolerance)
 {
     for (int32_t k = p->rank; k < p->n; k++) {
         double sum = b[p->rows[k]], size = load[p->rows[k]];
@@ -128,10 +128,10 @@ int32_t perp__pivoting_is_consistent(const perp__pivoting *p, const double *b, c
     return 1;
 }
 
-int32_t perp__solve_small(const double *A, int32_t n, int32_t stride, double *X, int32_t columns)
+bool perp__solve_small(const double *A, int32_t n, int32_t stride, double *X, int32_t columns)
 {
     double U[6][6];
-    int32_t regular = 1;
+    bool regular = 1;
 
     for (int32_t i = 0; i < n; i++)
         memcpy(U[i], A + stride * i, (size_t)n * sizeof **U);

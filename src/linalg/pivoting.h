@@ -3,13 +3,13 @@
 #ifndef PERP_LINALG_PIVOTING_H
 #define PERP_LINALG_PIVOTING_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 /* A matrix n by n, row by row. After the elimination E K = (I X; 0 0) in the order of `columns`:
  * rows of E beyond the rank annihilate K. Columns of E come in the place of those of K. */
 typedef struct perp__pivoting {
-    int32_t n;
-    int32_t rank;
+    int32_t n, rank;
     int32_t sign;     /* of the determinant; 0 where the rank is below n */
     double product;   /* of the pivots, without that sign */
     double *K;        /* overwritten: E's columns of the pivots' rows, then X */
@@ -30,11 +30,11 @@ void perp__pivoting_null(const perp__pivoting *p, double *direction, int32_t k);
 void perp__pivoting_widths(const perp__pivoting *p, double *width, const double *load);
 
 /* Whether the rows without a pivot have a right-hand side of 0, too, beside `load`. */
-int32_t perp__pivoting_is_consistent(const perp__pivoting *p, const double *b, const double *load,
-                                     double tolerance);
+bool perp__pivoting_is_consistent(const perp__pivoting *p, const double *b, const double *load,
+                                  double tolerance);
 
 /* X := A^-1 X. A: n by n, n at most 6, with row stride `stride`; X: n by `columns`, at most 6, row
  * by row. Returns 0, and X = 0, where a pivot is 0 or not a number. */
-int32_t perp__solve_small(const double *A, int32_t n, int32_t stride, double *X, int32_t columns);
+bool perp__solve_small(const double *A, int32_t n, int32_t stride, double *X, int32_t columns);
 
 #endif

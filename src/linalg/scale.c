@@ -42,8 +42,7 @@ typedef struct search {
     const perp__matrix *M;
     int32_t *exponents;
     int32_t *level; /* or UNSET, UNSET_OTHER: with a diagonal of the other sign, or DONE */
-    int32_t *queue;
-    int32_t queued;
+    int32_t *queue, queued;
     int32_t unset; /* rows that are left */
     int32_t symmetric;
     int32_t others; /* rows whose diagonal has the other sign */
@@ -167,19 +166,17 @@ static void scale_other_diagonals(search *s)
 /* largest[i] := log2 of the largest entry in row and column i of the scaled matrix. */
 static void find_largest(const perp__matrix *M, const int32_t *exponents, int32_t *largest)
 {
-    int32_t i;
-
-    for (i = 0; i < M->rows; i++)
+    for (int32_t i = 0; i < M->rows; i++)
         largest[i] = NO_ENTRY;
     for (int32_t j = 0; j < M->rows; j++) {
         const perp__line l = perp__line_of(M, j);
 
         for (int32_t k = 0; k < l.count; k++) {
+            const int32_t i = l.indices ? l.indices[k] : k;
             int32_t size;
 
             if (l.values[k] == 0.0)
                 continue;
-            i = l.indices ? l.indices[k] : k;
             size = perp__exponent_of(l.values[k]) + exponents[i] + exponents[j];
             largest[i] = size > largest[i] ? size : largest[i];
             largest[j] = size > largest[j] ? size : largest[j];
@@ -192,7 +189,7 @@ static void find_largest(const perp__matrix *M, const int32_t *exponents, int32_
  * others positive again. */
 static void balance(const perp__matrix *M, int32_t *free, int32_t *exponents, int32_t *largest)
 {
-    int32_t changed = 1;
+    bool changed = 1;
 
     while (changed) {
         find_largest(M, exponents, largest);
@@ -307,7 +304,7 @@ void perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponent
 }
 
 int32_t perp__find_omegas(const perp__parts *parts, const double *q, const int32_t *exponents,
-                          int32_t *of_part, int32_t *omegas, int32_t known)
+                          int32_t *of_part, int32_t *omegas, bool known)
 {
     const int32_t n = parts->n, *part = parts->of;
     int32_t changed = !known, i;

@@ -56,7 +56,7 @@ typedef struct perp__parts {
  * row i, of column j; 0 where that is 0. Returns whether one of them has changed; what they hold on
  * entry counts if it is `known`. of_part: work, an entry a part. */
 int32_t perp__find_omegas(const perp__parts *parts, const double *q, const int32_t *exponents,
-                          int32_t *of_part, int32_t *omegas, int32_t known);
+                          int32_t *of_part, int32_t *omegas, bool known);
 
 /* 2^e, |e| <= 1022, without a call to the maths library. */
 static inline double perp__power_of_two(int32_t e)

@@ -8,7 +8,7 @@
 /* Largest sum of a row's positive entries beside the diagonal, relative to it. */
 #define POSITIVE_SHARE 0.25
 
-int32_t perp__has_positive_diagonal(const perp__matrix *M)
+bool perp__has_positive_diagonal(const perp__matrix *M)
 {
     for (int32_t j = 0; j < M->columns; j++)
         if (!(perp__entry(M, j, j) > 0.0))
@@ -17,7 +17,7 @@ int32_t perp__has_positive_diagonal(const perp__matrix *M)
 }
 
 /* In tiles, for the caches. */
-int32_t perp__is_dense_symmetric(const perp__matrix *M, const double *row_norms)
+bool perp__is_dense_symmetric(const perp__matrix *M, const double *row_norms)
 {
     enum { TILE = 16 };
     const size_t n = (size_t)M->rows;
@@ -34,7 +34,7 @@ int32_t perp__is_dense_symmetric(const perp__matrix *M, const double *row_norms)
     return 1;
 }
 
-int32_t perp__has_z_signs(const perp__matrix *M)
+bool perp__has_z_signs(const perp__matrix *M)
 {
     for (int32_t j = 0; j < M->columns; j++)
         for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
@@ -43,7 +43,7 @@ int32_t perp__has_z_signs(const perp__matrix *M)
     return 1;
 }
 
-int32_t perp__is_nearly_z(const perp__matrix *M)
+bool perp__is_nearly_z(const perp__matrix *M)
 {
     for (int32_t j = 0; j < M->columns; j++) {
         double positive = 0.0, diagonal = 0.0;
@@ -62,7 +62,7 @@ int32_t perp__is_nearly_z(const perp__matrix *M)
 
 /* Columns from left to right meet the mirror images of their entries in the order in which these
  * are stored: one cursor a column. */
-int32_t perp__has_symmetric_entries(const perp__matrix *M, int32_t *cursor, double tolerance)
+bool perp__has_symmetric_entries(const perp__matrix *M, int32_t *cursor, double tolerance)
 {
     const int32_t n = M->columns;
 

@@ -54,7 +54,7 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
                                     const double *row_norms)
 {
     const double started = perp__now();
-    const int32_t positive = perp__has_positive_diagonal(M), is_dense = !M->column_starts;
+    const bool positive = perp__has_positive_diagonal(M), is_dense = !M->column_starts;
     const double entries = is_dense ? (double)M->rows * M->rows : M->column_starts[M->columns];
     perp_status status;
 
@@ -105,7 +105,7 @@ static perp__square extract(perp__sparse_block *b)
 }
 
 /* Whether there is no time left for something that takes as long as reading so many entries. */
-static int32_t is_late(perp__sparse_block *b, double entries)
+static bool is_late(perp__sparse_block *b, double entries)
 {
     if (b->deadline > 0.0 && perp__now() + b->pace * entries > b->deadline)
         b->late = 1;
@@ -113,13 +113,13 @@ static int32_t is_late(perp__sparse_block *b, double entries)
 }
 
 /* Whether that may be so for the ordering, which comes but once and cannot be ended. */
-static int32_t orders_late(const perp__sparse_block *b)
+static bool orders_late(const perp__sparse_block *b)
 {
     return !b->ordered && b->deadline > 0.0 &&
            perp__now() + b->pace * ORDERING * b->M->column_starts[b->M->columns] > b->deadline;
 }
 
-int32_t perp__block_is_late(perp__sparse_block *block, double products)
+bool perp__block_is_late(perp__sparse_block *block, double products)
 {
     return is_late(block, PRODUCT * products);
 }
@@ -214,7 +214,7 @@ void perp__sparse_block_restart(perp__sparse_block *block, double deadline)
 }
 
 /* Whether it holds the factors, or else the coarse matrices, of this block. */
-static int32_t holds(const perp__sparse_block *b, const int32_t *active, int32_t count, double rho)
+static bool holds(const perp__sparse_block *b, const int32_t *active, int32_t count, double rho)
 {
     return b->count == count && b->rho == rho &&
            (count == 0 || !memcmp(b->active, active, (size_t)count * sizeof *active));
@@ -281,7 +281,7 @@ static perp_status factor_dense(perp__sparse_block *b)
     const size_t n = (size_t)b->M->rows, count = (size_t)b->count;
     const int32_t order = b->count, stride = order > 0 ? order : 1;
     const double products = (double)count * (double)count * (double)count;
-    int32_t regular = 0;
+    bool regular = 0;
 
     for (int32_t by_lu = !b->is_symmetric; by_lu < 2 && !regular; by_lu++) {
         if (is_late(b, PRODUCT * products / (by_lu ? 3.0 : 6.0)))
@@ -404,7 +404,7 @@ static perp_status count_steps(perp__sparse_block *b)
 /* x_A := M_AA^-1 x_A up to PERP__ROUGH, with the diagonal as preconditioner (Saad, "Iterative
  * Methods for Sparse Linear Systems" (2003), algorithm 9.1). Returns 0 if the steps do not suffice,
  * or the block is not positive definite. */
-static int32_t solve_by_steps(perp__sparse_block *b, const double *right)
+static bool solve_by_steps(perp__sparse_block *b, const double *right)
 {
     double square = 0.0, goal = 0.0, rho = 0.0;
 
@@ -474,7 +474,7 @@ perp_status perp__sparse_block_approach(perp__sparse_block *block, const int32_t
                                         int32_t count)
 {
     const int32_t n = block->M->columns, *starts = block->M->column_starts;
-    const int32_t is_plane = starts && starts[n] / PERP__PLANE <= n;
+    const bool is_plane = starts && starts[n] / PERP__PLANE <= n;
     const int32_t largest = is_plane ? PERP__LARGE_PLANE : PERP__LARGE_BLOCK;
     perp__multigrid *grid = NULL;
     perp_status status = PERP_OK;

@@ -138,7 +138,7 @@ void perp__sparse_block_restart(perp__sparse_block *block, double deadline);
 void perp__sparse_block_release(perp__sparse_block *block);
 
 /* Whether there is no time left for something that takes as long as so many products. */
-int32_t perp__block_is_late(perp__sparse_block *block, double products);
+bool perp__block_is_late(perp__sparse_block *block, double products);
 
 /* How many products with a sparse M are as many multiplications as a factorisation of it by LU; 1
  * if that would be late. The block forgets its factors. PERP_OK or _MEMORY. */
@@ -153,7 +153,7 @@ void perp__dense_block_solve(const perp__sparse_block *block, int32_t columns, d
  * x_A0 solved for with the old factors. */
 void perp__border_layout(perp__arena *arena, perp__border *border, size_t n);
 void perp__border_begin(perp__sparse_block *block);
-int32_t perp__border_choose(perp__sparse_block *block, const int32_t *active, int32_t count);
+bool perp__border_choose(perp__sparse_block *block, const int32_t *active, int32_t count);
 void perp__border_solve(perp__sparse_block *block, double *x);
 
 #endif

@@ -4,6 +4,7 @@
 #define PERP_LINALG_SPATIAL_H
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdint.h>
 
 #define PERP__PI 3.14159265358979323846
@@ -108,12 +109,12 @@ static inline void perp__add3(double *y, double s, const double *x)
     y[2] += s * x[2];
 }
 
-static inline int32_t perp__is_zero3(const double *a)
+static inline bool perp__is_zero3(const double *a)
 {
     return a[0] == 0.0 && a[1] == 0.0 && a[2] == 0.0;
 }
 
-static inline int32_t perp__is_finite3(const double *a)
+static inline bool perp__is_finite3(const double *a)
 {
     return 0.0 * a[0] + 0.0 * a[1] + 0.0 * a[2] == 0.0;
 }
@@ -200,7 +201,7 @@ static inline void perp__quaternion_normalise(double *q)
 static inline void perp__quaternion_exponential(double *q, const double *turn)
 {
     const double angle = perp__length3(turn);
-    const int32_t small = angle < 0x1p-27; /* cos x = 1 and sin x = x then, rounded */
+    const bool small = angle < 0x1p-27; /* cos x = 1 and sin x = x then, rounded */
     const double ratio = small ? 0.5 : sin(0.5 * angle) / angle; /* sin(angle/2) / angle */
 
     q[0] = small ? 1.0 : cos(0.5 * angle);

@@ -5,7 +5,7 @@
 
 #include <math.h>
 
-int32_t perp__is_tridiagonal(const perp__matrix *M)
+bool perp__is_tridiagonal(const perp__matrix *M)
 {
     if (!M->column_starts)
         return 0;

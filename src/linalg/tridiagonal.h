@@ -20,7 +20,7 @@ typedef struct perp__tridiagonal_factor {
 } perp__tridiagonal_factor;
 
 /* True if M is CSC and has no entry beyond the diagonals next to the main one. Cost: O(n). */
-int32_t perp__is_tridiagonal(const perp__matrix *M);
+bool perp__is_tridiagonal(const perp__matrix *M);
 
 void perp__tridiagonal_layout(perp__arena *arena, perp__tridiagonal *T, size_t n);
 

@@ -21,7 +21,7 @@ double perp__larger(double a, double b)
     return b > a || isnan(b) ? b : a;
 }
 
-int32_t perp__is_same(double a, double b)
+bool perp__is_same(double a, double b)
 {
     uint64_t bits_a, bits_b;
 
@@ -115,7 +115,7 @@ static void set_identity(double *X, size_t n)
         X[k * (n + 1)] = 1.0;
 }
 
-int32_t perp__verified_factor(perp__verified *v)
+bool perp__verified_factor(perp__verified *v)
 {
     const size_t n = (size_t)v->n;
 
@@ -203,13 +203,13 @@ perp_status perp__dominance_factor(perp__dominance *d, perp_context *context)
     return status;
 }
 
-int32_t perp__dominance_bound(perp__dominance *d, const double *middle, const double *width,
-                              double *delta)
+bool perp__dominance_bound(perp__dominance *d, const double *middle, const double *width,
+                           double *delta)
 {
     const perp__square *A = &d->A;
     const double rounding = PERP__GAMMA(d->n + 4.0), underflow = DBL_MIN * (8.0 * d->n + 8.0);
     double largest = 0.0, factor = 0.0;
-    int32_t is_positive = 1;
+    bool is_positive = 1;
 
     /* 1. v near C^-1 |r| makes the bound sharp in every component; the floor keeps it positive. */
     for (int32_t i = 0; i < d->n; i++) {

@@ -24,7 +24,7 @@ double perp__raise(double x, double operations);
 double perp__larger(double a, double b);
 
 /* a = b, in a mode that takes subnormal numbers for 0, too. */
-int32_t perp__is_same(double a, double b);
+bool perp__is_same(double a, double b);
 
 /* y = |M| |x| in working precision. */
 void perp__multiply_absolute(const perp__matrix *M, const double *x, double *y);
@@ -50,7 +50,7 @@ typedef struct perp__verified {
 void perp__verified_layout(perp__arena *arena, perp__verified *v, int32_t n);
 
 /* Finds R and the alphas. True if A is proved regular. `transposed` stays. About 5 n^3 flops. */
-int32_t perp__verified_factor(perp__verified *v);
+bool perp__verified_factor(perp__verified *v);
 
 /* x := R r */
 void perp__verified_apply(const perp__verified *v, const double *r, double *x);
@@ -77,8 +77,8 @@ void perp__dominance_layout(perp__arena *arena, perp__dominance *d, int32_t n, i
 perp_status perp__dominance_factor(perp__dominance *d, perp_context *context);
 
 /* As perp__verified_bound. False if nothing is proved, regularity neither. */
-int32_t perp__dominance_bound(perp__dominance *d, const double *middle, const double *width,
-                              double *delta);
+bool perp__dominance_bound(perp__dominance *d, const double *middle, const double *width,
+                           double *delta);
 
 void perp__dominance_release(perp__dominance *d);
 

@@ -126,7 +126,7 @@ static void find_units(perp__witness *t, const perp__witness_point *p)
 
 /* Whether every violation is small beside q_i alone, or the terms of its row, of any matrix;
  * *hidden: one is so large beside q_i that terms which cancel may hide it. Overflow is no proof. */
-static int32_t is_small_in_rows(perp__witness *t, const perp__witness_point *p, int32_t *hidden)
+static bool is_small_in_rows(perp__witness *t, const perp__witness_point *p, int32_t *hidden)
 {
     int32_t known = 0, i;
 
@@ -158,7 +158,7 @@ void perp__find_terms(const perp__matrix *M, const double *q, const double *z, c
 }
 
 /* A distance that underflows in these units may be any. */
-static int32_t is_near(double distance, int32_t shift, double near)
+static bool is_near(double distance, int32_t shift, double near)
 {
     const double scaled = perp__shift(distance, shift);
 
@@ -194,8 +194,8 @@ static void find_violations(perp__witness *t, const perp__witness_point *p, doub
         const double size = t->carried[i];
         const double near = size < INFINITY ? p->tol * size : 0.0; /* not next to everything */
         const int32_t unit = -t->exponents[i] - t->omegas[n + i];
-        const int32_t at_lower = is_near(p->z[i] - p->lower[i], unit, near);
-        const int32_t at_upper = is_near(p->upper[i] - p->z[i], unit, near);
+        const bool at_lower = is_near(p->z[i] - p->lower[i], unit, near);
+        const bool at_upper = is_near(p->upper[i] - p->z[i], unit, near);
         const double z = at_lower ? p->lower[i] : at_upper ? p->upper[i] : p->z[i];
         const double v = perp__row_violation(z, p->lower[i], p->upper[i], p->w[i]);
 
@@ -277,7 +277,7 @@ static const double *find_homogeneous(perp__witness *t, const perp__witness_poin
         met[i] = p->q[i] == 0.0;
         missed[i] = !(p->lower[i] <= 0.0 && p->upper[i] >= 0.0);
     }
-    for (int32_t changed = 1; changed;) {
+    for (bool changed = 1; changed;) {
         changed = 0;
         for (perp__cursor c = perp__first(p->M); perp__advance(&c);)
             if (met[c.i] == 0.0 && missed[c.j] == 0.0 &&
@@ -293,7 +293,7 @@ static const double *find_homogeneous(perp__witness *t, const perp__witness_poin
 }
 
 /* Whether a row is off by more than it may be at an ordinary size of z. */
-static int32_t is_unmet(perp__witness *t, const perp__witness_point *p, double least)
+static bool is_unmet(perp__witness *t, const perp__witness_point *p, double least)
 {
     const double *met = NULL;
 
@@ -333,7 +333,7 @@ double perp__witness_own_residual(perp__witness *t, const perp__witness_point *p
     const perp__parts parts = {p->M->rows, p->parts, p->part};
     const double least = sqrt(p->tol); /* couplings from this on are significant */
     int32_t extremes = 0, hidden;
-    const int32_t is_small = is_small_in_rows(t, p, &hidden);
+    const bool is_small = is_small_in_rows(t, p, &hidden);
     double largest = 0.0;
 
     if (is_small && !hidden)
@@ -354,8 +354,8 @@ double perp__witness_own_residual(perp__witness *t, const perp__witness_point *p
     for (int32_t i = 0; i < p->M->rows; i++) {
         const double size = t->around[i] + perp__floor_of(p->tol) * t->most[t->cut[i]];
         const int32_t unit = abs(t->exponents[i]);
-        const int32_t is_extreme = !(size >= PERP__LEAST_PRODUCT && size < INFINITY) ||
-                                   unit >= FARTHEST_UNIT || unit + abs(t->omegas[i]) >= FARTHEST;
+        const bool is_extreme = !(size >= PERP__LEAST_PRODUCT && size < INFINITY) ||
+                                unit >= FARTHEST_UNIT || unit + abs(t->omegas[i]) >= FARTHEST;
         const double v = is_extreme ? violation_of_row(p, i) : t->wrong[i];
 
         if (is_extreme && !extremes++)

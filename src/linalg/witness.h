@@ -25,8 +25,7 @@ typedef struct perp__witness {
     double tol;    /* that it is cut for; 0: none */
     /* log2 of scales that bring the largest entry of every row and column of M near 1, and the
      * parts of M that hang together by couplings that are significant in them */
-    int32_t *exponents, *cut;
-    int32_t *omegas, *omega_of_part, *is_free;
+    int32_t *exponents, *cut, *omegas, *omega_of_part, *is_free;
     double *terms, *carried, *rounding, *wrong, *around, *ordinary, *allowed; /* see witness.c */
     double *most, *scales;                                                    /* the same; work */
 } perp__witness;

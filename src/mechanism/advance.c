@@ -66,9 +66,9 @@ perp_status perp__take_step(perp_mechanism *m, perp__motion *to, perp_mechanism_
 
 /* Lets go what static friction held at the start and not to the end: it slips with the lower
  * coefficient, on which others may follow. Whether there was any. */
-static int32_t let_go(perp_mechanism *m, const perp__motion *to)
+static bool let_go(perp_mechanism *m, const perp__motion *to)
 {
-    int32_t more = 0;
+    bool more = 0;
 
     for (int32_t j = 0; j < m->contacts; j++)
         if (to->modes[j] == PERP_MECHANISM_SLIP && m->let_go[j] == 0 && m->stribeck[j] == 0.0 &&

@@ -19,7 +19,7 @@ static perp_status find(perp_mechanism *m, perp_mechanism_summary *summary,
 {
     perp__acceleration *a;
     perp_status status = perp__acceleration_open(m);
-    int32_t left_out = 0; /* contacts */
+    bool left_out = 0; /* contacts */
 
     if (status != PERP_OK)
         return status;

@@ -26,7 +26,7 @@ static void layout(perp__arena *arena, void *object)
     PERP__INTEGERS(arena, contacts, &a->dims, &a->two_sided, &a->modes, &a->source);
 }
 
-perp_status perp__assembly_fit(perp_mechanism *m, perp__assembly *a, int32_t pressures, double tol,
+perp_status perp__assembly_fit(perp_mechanism *m, perp__assembly *a, bool pressures, double tol,
                                int32_t cone)
 {
     perp__assembly next = *a;
@@ -147,8 +147,7 @@ static void copy_row(double *to, const double *from, size_t n, size_t width)
     memset(to + n, 0, (width - n) * sizeof *to);
 }
 
-static int32_t has_pressure(const perp_mechanism *m, const perp__velocity_problem *problem,
-                            int32_t j)
+static bool has_pressure(const perp_mechanism *m, const perp__velocity_problem *problem, int32_t j)
 {
     return problem->pressure && problem->included[j] && m->dims[j] > 1 &&
            problem->friction[j] * problem->pressure[j] > 0.0;
@@ -248,7 +247,7 @@ static void take_contact(perp_mechanism *m, perp__assembly *a, perp__motion *ans
 {
     const int32_t source = a->source[c], mode = a->modes[c];
     const int32_t j = source < 0 ? -1 - source : source;
-    const int32_t dry = source >= m->contacts;
+    const bool dry = source >= m->contacts;
     const int32_t skip = dry || source < 0; /* the normal of an added coordinate */
     const int32_t normals = skip ? 1 : m->tangent[j] - m->starts[j];
     const int32_t first = m->tangent[j] - (skip ? 0 : normals);

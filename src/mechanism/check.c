@@ -124,7 +124,7 @@ static perp_status differ(look *a, int32_t column)
 /* ---- the verdict --------------------------------------------------------------------------- */
 
 /* Whether it is the worst so far. */
-static int32_t blame(look *a, double ratio, double *worst, int32_t part, int32_t index, int32_t row)
+static bool blame(look *a, double ratio, double *worst, int32_t part, int32_t index, int32_t row)
 {
     a->result.wrong++;
     if (!(ratio > *worst))
@@ -145,7 +145,7 @@ static void compare(look *a, int32_t j, int32_t row, double *worst)
     const perp_mechanism *m = a->m;
     const size_t first = (size_t)row * ((size_t)m->n + 1);
     const double *J = m->begin.J + (size_t)row * (size_t)m->n, largest = largest_entry(m, row);
-    const int32_t bilateral = j >= m->contacts;
+    const bool bilateral = j >= m->contacts;
     int32_t changes = 0, column;
 
     for (column = 0; column <= m->n; column++)
@@ -175,7 +175,7 @@ static void compare(look *a, int32_t j, int32_t row, double *worst)
 
 /* Whether both rows move several velocities in the same way, or are the same row twice. Rows with
  * one velocity may otherwise be multiples: a slider comes to the ground at an angle. */
-static int32_t are_parallel(const perp_mechanism *m, int32_t normal, int32_t tangent)
+static bool are_parallel(const perp_mechanism *m, int32_t normal, int32_t tangent)
 {
     const double *x = m->begin.J + (size_t)normal * (size_t)m->n;
     const double *y = m->begin.J + (size_t)tangent * (size_t)m->n;
@@ -203,7 +203,7 @@ static void find_worst(look *a)
         for (int32_t row = m->starts[j]; row < m->tangent[j]; row++)
             compare(a, j, row, &worst);
         for (int32_t row = m->tangent[j]; row < m->starts[j + 1]; row++) {
-            int32_t parallel = 0;
+            bool parallel = 0;
 
             for (int32_t normal = m->starts[j]; normal < m->tangent[j]; normal++)
                 parallel = parallel || are_parallel(m, normal, row);

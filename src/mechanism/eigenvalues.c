@@ -24,7 +24,7 @@ static double *at(const square *A, int32_t i, int32_t j)
  * long as that is worth it. On exponents: no number on the way overflows. */
 static void balance(const square *A)
 {
-    int32_t changed = 1;
+    bool changed = 1;
 
     for (int32_t round = 0; changed && round < 100; round++) {
         changed = 0;
@@ -119,7 +119,7 @@ static void sweep(const square *A, int32_t l, int32_t last, double x, double y, 
     }
 }
 
-static int32_t iterate(const square *A, double norm, double *real, double *imaginary)
+static bool iterate(const square *A, double norm, double *real, double *imaginary)
 {
     int32_t last = A->n - 1, rounds = 0;
     double shift = 0.0;
@@ -256,7 +256,7 @@ void perp__stability_of(int32_t p, double *Gamma, double stiffness, double dampi
                         double *roots, int32_t *stable, int32_t *flutter)
 {
     const double zeta = damping / sqrt(stiffness);
-    int32_t positive = 1;
+    bool positive = 1;
 
     *stable = 1;
     perp__eigenvalues(p, Gamma, gamma, gamma + p);

@@ -39,8 +39,8 @@ void perp__hold_constraints(perp_mechanism *m, const perp__terms *terms)
 }
 
 /* v in m->work, or 0 where that does not agree with the solution. */
-static int32_t hold(perp_mechanism *m, const perp__motion *answer,
-                    const perp__velocity_problem *problem)
+static bool hold(perp_mechanism *m, const perp__motion *answer,
+                 const perp__velocity_problem *problem)
 {
     double *v = m->work, *difference = v + m->n, size;
 
@@ -58,7 +58,7 @@ static int32_t hold(perp_mechanism *m, const perp__motion *answer,
     /* a coordinate that the rows determine, or that one row alone does, has no rounding */
     for (int32_t i = 0; i < m->n && m->held.rank > 0; i++) {
         double *unit = m->held.unit, length;
-        int32_t rests = v[i] == 0.0; /* never -0.0 */
+        bool rests = v[i] == 0.0; /* never -0.0 */
 
         if (!rests) {
             memset(unit, 0, (size_t)m->n * sizeof *unit);
@@ -92,7 +92,7 @@ static int32_t hold(perp_mechanism *m, const perp__motion *answer,
 void perp__hold_velocities(perp_mechanism *m, perp__motion *answer,
                            const perp__velocity_problem *problem)
 {
-    int32_t agrees;
+    bool agrees;
 
     perp__active_rows_begin(&m->held, m->n);
     for (int32_t i = 0; i < m->rows; i++)

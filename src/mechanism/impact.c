@@ -76,7 +76,7 @@ double perp__sliding_inertia(perp_mechanism *m, int32_t j, double speed)
     return p;
 }
 
-int32_t perp__is_jammed(perp_mechanism *m, const perp__motion *answer, int32_t j)
+bool perp__is_jammed(perp_mechanism *m, const perp__motion *answer, int32_t j)
 {
     const double *u = m->start_velocity + m->tangent[j];
     const double speed = perp__length(u, m->tangents[j]);
@@ -91,7 +91,7 @@ int32_t perp__is_jammed(perp_mechanism *m, const perp__motion *answer, int32_t j
 
 /* ---- restitution --------------------------------------------------------------------------- */
 
-int32_t perp__is_impact(perp_mechanism *m, const perp__motion *answer, int32_t j)
+bool perp__is_impact(perp_mechanism *m, const perp__motion *answer, int32_t j)
 {
     const int32_t row = m->starts[j];
     const double before = m->start_velocity[row];
@@ -183,16 +183,15 @@ perp_status perp__expand(perp_mechanism *m, const perp__velocity_problem *compre
 enum { MOST_PASSES = 1000 };
 
 /* J_row x, where that is more than rounding of its terms. */
-static int32_t moves(const perp_mechanism *m, const perp__terms *terms, int32_t row,
-                     const double *x)
+static bool moves(const perp_mechanism *m, const perp__terms *terms, int32_t row, const double *x)
 {
     return fabs(perp__row_times(m, terms, row, 0.0, x)) >
            PERP__NOTHING * perp__row_terms(m, terms, row, 0.0, x);
 }
 
 /* The impact of contact j; 0 where others that touch answer to its impulses. */
-static int32_t isolate(perp_mechanism *m, const perp__velocity_problem *problem, int32_t j,
-                       perp__hit_contact *c)
+static bool isolate(perp_mechanism *m, const perp__velocity_problem *problem, int32_t j,
+                    perp__hit_contact *c)
 {
     const double *u = m->compressed.u, *r = m->compressed.r;
     const int32_t first = m->starts[j];
@@ -284,7 +283,7 @@ static perp_status expand_together(perp_mechanism *m, const perp__velocity_probl
 perp_status perp__solve_impacts(perp_mechanism *m, const perp__velocity_problem *problem)
 {
     const perp__motion *first = &m->answer;
-    const int32_t expands = m->settings.law >= PERP_MECHANISM_POISSON;
+    const bool expands = m->settings.law >= PERP_MECHANISM_POISSON;
     perp__velocity_problem stage = *problem;
     perp_status status;
 

@@ -121,7 +121,7 @@ static double *gather(const perp__linear *p, double *to, const double *from)
     return to;
 }
 
-void perp__linear_add(const perp__linear *p, double *x, const double *y, int32_t absolute)
+void perp__linear_add(const perp__linear *p, double *x, const double *y, bool absolute)
 {
     for (int32_t c = 0; c < p->system.n; c++)
         for (int32_t i = 0; i < p->count[c]; i++) {
@@ -177,8 +177,8 @@ int32_t perp__linear_find_null(perp__linear *p)
 /* ---- conditions ----------------------------------------------------------------------------- */
 
 /* before: the value of the condition before. */
-static int32_t satisfies(const perp__condition *g, const perp__linear_point *point, double *before,
-                         int32_t *at_vertex)
+static bool satisfies(const perp__condition *g, const perp__linear_point *point, double *before,
+                      int32_t *at_vertex)
 {
     const double slack = PERP__SAME_DIRECTION * fabs(*before);
     double width = 0.0, value = point->homogeneous ? 0.0 : g->constant;
@@ -210,8 +210,8 @@ static int32_t satisfies(const perp__condition *g, const perp__linear_point *poi
     return value >= -width;
 }
 
-int32_t perp__linear_holds(const perp__linear *p, const void *pattern,
-                           const perp__linear_point *point, int32_t *at_vertex)
+bool perp__linear_holds(const perp__linear *p, const void *pattern, const perp__linear_point *point,
+                        int32_t *at_vertex)
 {
     perp__condition list[PERP__MOST_CONDITIONS];
 
@@ -227,8 +227,8 @@ int32_t perp__linear_holds(const perp__linear *p, const void *pattern,
     return 1;
 }
 
-int32_t perp__linear_holds_at(const perp__linear *p, const void *pattern, const double *x,
-                              int32_t homogeneous, double spread, int32_t *at_vertex)
+bool perp__linear_holds_at(const perp__linear *p, const void *pattern, const double *x,
+                           int32_t homogeneous, double spread, int32_t *at_vertex)
 {
     double *u = p->work, *u_width = u + 2 * p->length, *x_width = u_width + 2 * p->length;
     perp__linear_point point = {x, u, x_width, u_width, homogeneous, 1, 0};

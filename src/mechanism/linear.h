@@ -83,19 +83,19 @@ void perp__linear_evaluate(perp__linear *p);
 /* Takes the residual off. */
 void perp__linear_correct(perp__linear *p);
 /* x := x + columns y, or with absolute values. */
-void perp__linear_add(const perp__linear *p, double *x, const double *y, int32_t absolute);
+void perp__linear_add(const perp__linear *p, double *x, const double *y, bool absolute);
 /* From load and u_size of the solution: x_width and u_width. */
 void perp__linear_find_widths(perp__linear *p);
 /* Directions that residual and load leave free, in `null`; -1 where they leave no solution. */
 int32_t perp__linear_find_null(perp__linear *p);
 
 /* Whether the point meets the pattern's conditions; *at_vertex: at the limit of one. */
-int32_t perp__linear_holds(const perp__linear *p, const void *pattern,
-                           const perp__linear_point *point, int32_t *at_vertex);
+bool perp__linear_holds(const perp__linear *p, const void *pattern, const perp__linear_point *point,
+                        int32_t *at_vertex);
 /* The same of a family's point or direction x: to its tolerance of an entry, and of `spread` times
  * the largest entry, in units. */
-int32_t perp__linear_holds_at(const perp__linear *p, const void *pattern, const double *x,
-                              int32_t homogeneous, double spread, int32_t *at_vertex);
+bool perp__linear_holds_at(const perp__linear *p, const void *pattern, const double *x,
+                           int32_t homogeneous, double spread, int32_t *at_vertex);
 /* Cuts the polyhedron with the pattern's conditions. */
 void perp__linear_cut(const perp__linear *p, const void *pattern, perp__polyhedron *polyhedron);
 

@@ -198,7 +198,7 @@ void perp__clear_motion(const perp_mechanism *m, perp__motion *motion)
 /* The solvers for these settings. Polyhedra of friction are not for what holds both ways. */
 static perp_status fit_assemblies(perp_mechanism *m, const perp_mechanism_settings *settings)
 {
-    const int32_t expands = settings->law >= PERP_MECHANISM_POISSON;
+    const bool expands = settings->law >= PERP_MECHANISM_POISSON;
     perp_status status;
 
     for (int32_t j = 0; j < m->contacts && settings->cone != 0; j++)
@@ -347,7 +347,7 @@ perp_status perp__mechanism_enter(perp_mechanism *m)
     return status;
 }
 
-int32_t perp__mechanism_is_late(const perp_mechanism *m)
+bool perp__mechanism_is_late(const perp_mechanism *m)
 {
     return m->deadline > 0.0 && perp__now() > m->deadline;
 }

@@ -208,7 +208,7 @@ void perp__friction_of_speed(const perp_mechanism *m, const perp__terms *terms, 
 /* ---- assembly.c ---- */
 /* Room and a solver for problems with these settings. pressures: contacts with friction of a
  * pressure. On failure all is as it was. PERP_OK or _MEMORY. */
-perp_status perp__assembly_fit(perp_mechanism *m, perp__assembly *a, int32_t pressures, double tol,
+perp_status perp__assembly_fit(perp_mechanism *m, perp__assembly *a, bool pressures, double tol,
                                int32_t cone);
 void perp__assembly_release(const perp_mechanism *m, perp__assembly *a);
 /* Sets up and solves what a->... describe; fills a->v, r, u, modes, ray and answer's outcome.
@@ -236,7 +236,7 @@ double perp__momentum_residual(perp_mechanism *m, const perp__terms *terms, cons
 void perp__check_iterate(perp_mechanism *m, double beside);
 /* factor := L of the symmetric part of A, n by n, which takes the place of A; whether that is
  * positive definite. */
-int32_t perp__factor_symmetric_part(int32_t n, double *A, double *factor);
+bool perp__factor_symmetric_part(int32_t n, double *A, double *factor);
 /* The answer's outcome, after what v and r leave of the problem's momentum balance. */
 void perp__check_motion(perp_mechanism *m, perp__motion *answer,
                         const perp__velocity_problem *problem);
@@ -285,7 +285,7 @@ perp__velocity_problem perp__pose(const perp_mechanism *m, const perp__terms *te
 /* m->answer := its solution, with all contacts kept. */
 perp_status perp__solve_frozen(perp_mechanism *m, const perp__velocity_problem *problem);
 /* Whether a step with this outcome moves the state. */
-int32_t perp__outcome_moves(int32_t outcome);
+bool perp__outcome_moves(int32_t outcome);
 /* The end of a step to to->q at t, whose problem m->answer solves: impacts, report, projection. */
 perp_status perp__finish_step(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
                               double t, const perp__velocity_problem *problem);
@@ -302,9 +302,9 @@ perp_status perp__select_answer(perp_mechanism *m, perp_mechanism_step *step,
  * in m->work. */
 double perp__sliding_inertia(perp_mechanism *m, int32_t j, double speed);
 /* Whether sliding in contact j ended though it was not hit, in an impulse at any h. In m->work. */
-int32_t perp__is_jammed(perp_mechanism *m, const perp__motion *answer, int32_t j);
+bool perp__is_jammed(perp_mechanism *m, const perp__motion *answer, int32_t j);
 /* Whether contact j, with restitution, was hit or jammed in the step that `answer` solves. */
-int32_t perp__is_impact(perp_mechanism *m, const perp__motion *answer, int32_t j);
+bool perp__is_impact(perp_mechanism *m, const perp__motion *answer, int32_t j);
 /* Second stage: m->answer, of the first stage, is replaced by velocities and impulses after the
  * impacts. */
 perp_status perp__solve_impacts(perp_mechanism *m, const perp__velocity_problem *problem);
@@ -354,7 +354,7 @@ void perp__copy_motion(const perp_mechanism *m, perp__motion *to, const perp__mo
 void perp__clear_motion(const perp_mechanism *m, perp__motion *motion);
 /* Enters the context and sets the deadline. */
 perp_status perp__mechanism_enter(perp_mechanism *m);
-int32_t perp__mechanism_is_late(const perp_mechanism *m);
+bool perp__mechanism_is_late(const perp_mechanism *m);
 perp_status perp__mechanism_check_state(perp_mechanism *m, double t, const double *q,
                                         const double *v);
 perp_status perp__mechanism_check_start(perp_mechanism *m, const perp_mechanism_start *from);

@@ -38,7 +38,7 @@ double perp__gap_rounding(const perp_mechanism *m, const perp__terms *terms, int
 
 /* Whether contact j pressed until the end of a theta step, and was at rest on the ground before, up
  * to what the forces of a step make of its speed, so that its gap is to be 0. */
-static int32_t presses(const perp_mechanism *m, const perp__motion *to, int32_t j)
+static bool presses(const perp_mechanism *m, const perp__motion *to, int32_t j)
 {
     const int32_t row = m->starts[j];
     const double before = m->start_velocity[row];
@@ -93,7 +93,7 @@ static int32_t assemble(perp_mechanism *m, perp__assembly *a, const perp__motion
         a->b[j] = m->end.c[j];
     }
     for (int32_t j = 0; j < m->contacts; j++) {
-        const int32_t both = to && presses(m, to, j);
+        const bool both = to && presses(m, to, j);
 
         if (!m->included[j] && !both)
             continue;

@@ -99,7 +99,7 @@ void perp__solve_upper(const perp_mechanism *m, const perp__terms *terms, double
     perp__cholesky_half_solve(m->n, terms->factor, m->n, x, 1);
 }
 
-int32_t perp__factor_symmetric_part(int32_t n, double *A, double *factor)
+bool perp__factor_symmetric_part(int32_t n, double *A, double *factor)
 {
     const size_t size = (size_t)n;
 

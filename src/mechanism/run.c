@@ -74,7 +74,7 @@ static perp_status begin_overlap(perp__run *run)
 }
 
 /* Whether a step ends with more penetration or drift than the run may have. */
-static int32_t overlaps(perp__run *run, const perp_mechanism_step *step, const double *q)
+static bool overlaps(perp__run *run, const perp_mechanism_step *step, const double *q)
 {
     const perp_mechanism_settings *settings = &run->m->settings;
     const double found = fmax(step->penetration, step->drift);
@@ -120,7 +120,7 @@ static perp_status run_equal(perp__run *run, double t0, double t1, double h)
     perp_mechanism *m = run->m;
     const double exact = (t1 - t0) / h, near = nearbyint(exact);
     /* up to the rounding of t0, t1 and h */
-    const int32_t whole =
+    const bool whole =
         fabs(exact - near) <= PERP__SUM_ROUNDING * (fabs(t0) + fabs(t1)) / h && near >= 1.0;
     const double count = whole ? near : ceil(exact), length = whole ? h : (t1 - t0) / count;
     perp_mechanism_step step;

@@ -38,7 +38,7 @@ static void slide(const perp__hit_contact *c, const double *u, double *f)
 
 /* f := the impulse at rest; whether it stays. Else f is of sliding in the direction in which the
  * tangents are driven: in space the slip turns from there to the one that grows, at once. */
-static int32_t rest(const perp__hit_contact *c, double *f)
+static bool rest(const perp__hit_contact *c, double *f)
 {
     const double a = c->W[1][1], b = c->W[1][2], d = c->W[2][2], trace = a + d;
     const double determinant = a * d - b * b;
@@ -124,7 +124,7 @@ void perp__stronge_impact(perp__hit_contact *c)
 {
     const double kept = 1.0 - c->e * c->e; /* of the work */
     double r[3] = {0.0, 0.0, 0.0}, work = 0.0, least = 0.0, left, length;
-    int32_t expands = 0;
+    bool expands = 0;
     piece next;
 
     memset(c->r, 0, sizeof c->r); /* until it sticks */

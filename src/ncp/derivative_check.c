@@ -70,7 +70,7 @@ static perp_status sample(perp_ncp_solver *solver, column *c)
 static double difference(const column *c, int32_t i, double *uncertainty)
 {
     const double width = c->high - c->low;
-    const int32_t central = c->high != 0.0 && c->low != 0.0;
+    const bool central = c->high != 0.0 && c->low != 0.0;
     const double wide = (c->far_high[i] - c->far_low[i]) / width;
     const double narrow = (c->near_high[i] - c->near_low[i]) / (0.5 * width);
     const double best = central ? narrow + (narrow - wide) / 3.0 : narrow + (narrow - wide);

@@ -140,7 +140,7 @@ static perp_status difference_together(perp__ncp_model *m, const int32_t *column
 {
     double *high = m->w_shifted, *low = m->w_shifted + m->n;
     perp_status status = shift(m, columns, count, 1.0, high);
-    int32_t both = status == PERP_OK && m->central;
+    bool both = status == PERP_OK && m->central;
 
     for (int32_t k = 0; k < count && both; k++) {
         const double z = m->z_caller[columns[k]] - m->step[columns[k]];
@@ -199,9 +199,9 @@ static int32_t lengthen_steps(perp__ncp_model *m, int32_t *columns, int32_t coun
     return left;
 }
 
-int32_t perp__ncp_sharpen(perp__ncp_model *m)
+bool perp__ncp_sharpen(perp__ncp_model *m)
 {
-    const int32_t news = !m->problem.jacobian && !m->central;
+    const bool news = !m->problem.jacobian && !m->central;
 
     m->central = 1;
     return news;
@@ -212,7 +212,7 @@ perp_status perp__ncp_differences(perp__ncp_model *m)
     const size_t count = m->sparse ? (size_t)m->pattern_starts[m->n] : (size_t)m->n * (size_t)m->n;
     const perp__ncp_colours *c = &m->colours;
     const perp__matrix J = perp__ncp_given(m);
-    const int32_t by_rows = perp__lines_are_rows(&J);
+    const bool by_rows = perp__lines_are_rows(&J);
     const double forward = perp__difference_step(2), central = perp__difference_step(3);
     double *largest = m->w_shifted;
     perp_status status = PERP_OK;

@@ -82,7 +82,7 @@ perp_status perp__ncp_outcome_of(perp_ncp_solver *solver, perp__ncp_residuals *r
     perp__newton *f = &solver->run.newton;
     perp__evidence *evidence = &residuals->evidence;
     const double *z = solver->candidate, deadline = m->control.deadline;
-    const int32_t late = perp__ncp_is_late(m);
+    const bool late = perp__ncp_is_late(m);
     perp_status status;
 
     /* 1. F, once more, come what may; and J where it can be had: differences take many calls of F,
@@ -106,7 +106,7 @@ perp_status perp__ncp_outcome_of(perp_ncp_solver *solver, perp__ncp_residuals *r
     if (m->known && m->n > 0) {
         measure(solver, evidence);
     } else { /* no scales but those of the start */
-        const int32_t tells = perp__ncp_start_tells(m, solver->candidate, m->w_caller);
+        const bool tells = perp__ncp_start_tells(m, solver->candidate, m->w_caller);
 
         evidence->tested = tells && m->start_known ? residuals->at_start : residuals->natural;
         evidence->own_residual = tells ? evidence->tested : INFINITY;

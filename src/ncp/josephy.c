@@ -20,7 +20,7 @@ enum { TRIALS = 6 };
 static const double proximal[TRIALS] = {0.0, 1e-3, 1e-1, 1.0, 10.0, 1e3};
 
 /* l->z := the solution of the linearisation with rho. 1 if it has one, 0 if not. */
-static perp_status solve_linear(perp__ncp_linear *l, double rho, int32_t is_away)
+static perp_status solve_linear(perp__ncp_linear *l, double rho, bool is_away)
 {
     perp__ncp_run *r = l->run;
     perp__newton *f = &r->newton;
@@ -86,7 +86,7 @@ static perp_status go_back(perp__newton *f, perp__ncp_linear *l)
 static perp_status step(perp__newton *f, void *user)
 {
     perp__ncp_linear *l = user;
-    const int32_t is_away = l->since > 0 && f->psi > PERP__PROGRESS * l->kept_psi;
+    const bool is_away = l->since > 0 && f->psi > PERP__PROGRESS * l->kept_psi;
     const int32_t trials = is_away ? 1 : TRIALS;
     perp_status moved = 0;
 

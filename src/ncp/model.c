@@ -161,7 +161,7 @@ perp__matrix perp__ncp_view(const perp__ncp_model *m)
     return S;
 }
 
-int32_t perp__ncp_is_late(perp__ncp_model *m)
+bool perp__ncp_is_late(perp__ncp_model *m)
 {
     perp__ncp_control *control = &m->control;
 

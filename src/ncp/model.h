@@ -36,16 +36,14 @@ typedef struct perp__ncp_colours {
 typedef struct perp__ncp_control {
     double deadline;    /* on perp__now()'s clock; 0: none */
     perp_outcome ended; /* stopped or time_limit, once that has happened; else -1 */
-    int32_t method;
-    int32_t restarts;
+    int32_t method, restarts;
 } perp__ncp_control;
 
 typedef struct perp__ncp_model {
     perp_context *context;
     const perp_ncp_settings *settings;
     perp_ncp_problem problem; /* its pointers lead to copies */
-    int32_t n;
-    int32_t sparse;
+    int32_t n, sparse;
     double *lower, *upper; /* caller's units */
     int32_t *pattern_starts, *pattern_rows;
     int32_t *exponents;      /* log2 of D */
@@ -118,7 +116,7 @@ perp_status perp__ncp_ask(perp__ncp_model *model);
 perp_status perp__ncp_differences(perp__ncp_model *model);
 
 /* From now on, differences to both sides. True if that is news: differences were to one side. */
-int32_t perp__ncp_sharpen(perp__ncp_model *model);
+bool perp__ncp_sharpen(perp__ncp_model *model);
 
 /* What differences take for the size of z_j. The step that really is added to z_j where this one is
  * wanted: a double's, and within the bounds; 0 if there is no room. */
@@ -134,7 +132,7 @@ perp_status perp__ncp_tick(perp__ncp_model *model, perp_outcome *outcome, int64_
                            double residual);
 
 /* True once the time is over; the outcome is in control.ended then. */
-int32_t perp__ncp_is_late(perp__ncp_model *model);
+bool perp__ncp_is_late(perp__ncp_model *model);
 
 /* model->part := which rows and columns of S hang together. */
 void perp__ncp_find_parts(perp__ncp_model *model);
@@ -160,7 +158,7 @@ double perp__ncp_residual_at_start(const perp__ncp_model *model, const double *z
 
 /* Whether those tell something of every row whose law is broken: where nothing drives z or w there
  * is no unit of it. */
-int32_t perp__ncp_start_tells(const perp__ncp_model *model, const double *z, const double *w);
+bool perp__ncp_start_tells(const perp__ncp_model *model, const double *z, const double *w);
 
 /* max |mid(z - l, z - u, w)| in scaled units over omega; NaN stays. */
 double perp__ncp_tested(const perp__ncp_model *model, const double *z, const double *w);

@@ -74,7 +74,7 @@ static void hold_others(perp_ncp_solver *solver, int32_t p)
     const perp__ncp_parts *parts = &solver->parts;
 
     for (int32_t i = 0; i < m->n; i++) {
-        const int32_t held = p >= 0 && parts->of[i] != p;
+        const bool held = p >= 0 && parts->of[i] != p;
 
         m->lower[i] = held ? parts->z[i] : parts->lower[i];
         m->upper[i] = held ? parts->z[i] : parts->upper[i];
@@ -98,7 +98,7 @@ static perp_outcome verdict(const perp_ncp_solver *solver, const perp__ncp_resid
     return perp__gate(&residuals->evidence, solver->settings.tol, residuals->said);
 }
 
-static int32_t is_good(const perp_ncp_solver *solver)
+static bool is_good(const perp_ncp_solver *solver)
 {
     return solver->best_method >= 0 && perp__is_good(verdict(solver, &solver->best));
 }
@@ -124,7 +124,7 @@ static perp_status write_bounds(perp_ncp_solver *solver)
     const perp__ncp_model *m = &solver->model;
     perp__ncp_residuals residuals;
     perp_status status;
-    int32_t moves = 0;
+    bool moves = 0;
 
     for (int32_t i = 0; i < m->n; i++) {
         const double z = solver->best_z[i], w = solver->best_w[i] / m->w_unit[i];
@@ -151,7 +151,7 @@ static perp_status write_bounds(perp_ncp_solver *solver)
 static perp_status consider(perp_ncp_solver *solver, int32_t method, perp_outcome said)
 {
     perp__ncp_residuals residuals;
-    int32_t good;
+    bool good;
     perp_status status = perp__ncp_outcome_of(solver, &residuals);
 
     if (status != PERP_OK)
@@ -167,14 +167,14 @@ static perp_status consider(perp_ncp_solver *solver, int32_t method, perp_outcom
 }
 
 /* One run of a method from solver->candidate, to `share` of tol. */
-static perp_status run(perp_ncp_solver *solver, int32_t method, int32_t path, double penalty,
+static perp_status run(perp_ncp_solver *solver, int32_t method, bool path, double penalty,
                        double share)
 {
     const perp_ncp_settings *settings = &solver->settings;
     perp__ncp_model *m = &solver->model;
     perp__ncp_run *copy = &solver->run;
     perp__newton *f = &copy->newton;
-    const int32_t shared = settings->method == PERP_NCP_AUTO && method == solver->first_method;
+    const bool shared = settings->method == PERP_NCP_AUTO && method == solver->first_method;
     perp_status status;
 
     perp__ncp_model_unscale(m);
@@ -207,7 +207,7 @@ static perp_status run(perp_ncp_solver *solver, int32_t method, int32_t path, do
     return consider(solver, method, f->outcome);
 }
 
-static int32_t is_over(perp_ncp_solver *solver)
+static bool is_over(perp_ncp_solver *solver)
 {
     if (solver->settings.max_iterations > 0 &&
         solver->iterations >= solver->settings.max_iterations && solver->model.control.ended < 0)
@@ -224,7 +224,7 @@ static perp_status run_all(perp_ncp_solver *solver, const double *from, double p
 
     for (int32_t k = 0; k < PERP__FISCHER_STARTS && status == PERP_OK; k++) {
         const int32_t first = solver->first_method;
-        const int32_t path = k > 0 && asked == PERP_NCP_FISCHER;
+        const bool path = k > 0 && asked == PERP_NCP_FISCHER;
         const int32_t method = k == 0 || path ? first : PERP_NCP_FISCHER + PERP_NCP_JOSEPHY - first;
 
         if ((k < 2 || path) && (asked == PERP_NCP_AUTO || asked == method) && !is_over(solver)) {

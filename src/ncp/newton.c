@@ -65,7 +65,7 @@ static perp_status scale(perp__ncp_run *r)
 perp_status perp__ncp_update_jacobian(perp__ncp_run *r)
 {
     perp__ncp_model *m = r->model;
-    const int32_t first = !r->scaled;
+    const bool first = !r->scaled;
     perp_status status = perp__ncp_linearise(m, r->newton.z, r->newton.w);
 
     if (status == PERP_OK && first)

@@ -77,7 +77,7 @@ void perp__ncp_scale_matrix(perp__ncp_model *m)
 
 perp__matrix perp__ncp_given(const perp__ncp_model *m)
 {
-    const int32_t by_rows = m->problem.storage == PERP_STORAGE_ROW_MAJOR;
+    const bool by_rows = m->problem.storage == PERP_STORAGE_ROW_MAJOR;
     const size_t n = (size_t)m->n;
     const int32_t *starts = m->sparse ? m->pattern_starts : NULL;
 
@@ -214,7 +214,7 @@ double perp__ncp_residual_at_start(const perp__ncp_model *m, const double *z, co
     return most;
 }
 
-int32_t perp__ncp_start_tells(const perp__ncp_model *m, const double *z, const double *w)
+bool perp__ncp_start_tells(const perp__ncp_model *m, const double *z, const double *w)
 {
     const double *omega_w = m->omega_start, *omega_z = m->omega_start + m->n;
 

@@ -10,6 +10,8 @@
 #ifndef PERP_PATTERNS_PATTERNS_H
 #define PERP_PATTERNS_PATTERNS_H
 
+#include <stdbool.h>
+
 #include "linalg/cone.h"
 
 /* ---- the tree ------------------------------------------------------------------------------ */
@@ -40,8 +42,7 @@ typedef struct perp__answer {
     int32_t dimension; /* 0: isolated */
     int32_t vertices, rays;
     int32_t room; /* points */
-    int32_t at_vertex, stable, flutter;
-    int32_t eigenvalue_count;
+    int32_t at_vertex, stable, flutter, eigenvalue_count;
     int32_t kind, free; /* the user's own */
     double residual;
     double *points;         /* vertices, then rays */
@@ -117,7 +118,7 @@ void perp__polyhedron_cut(perp__polyhedron *p, const perp__inequality *g);
 /* The generators of the cone. Where they are too many the store is incomplete, and there are none.
  * PERP_OK or _MEMORY. */
 perp_status perp__polyhedron_enumerate(perp__polyhedron *p, perp__answers *answers);
-int32_t perp__polyhedron_is_vertex(const perp__polyhedron *p, int32_t k);
+bool perp__polyhedron_is_vertex(const perp__polyhedron *p, int32_t k);
 /* Generator k as a point or, times `sign`, as a direction. */
 void perp__polyhedron_point(const perp__polyhedron *p, int32_t k, double sign, double *to);
 /* All as an answer of points alone; NULL where there is no vertex. PERP_OK or _MEMORY. */

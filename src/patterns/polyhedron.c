@@ -63,7 +63,7 @@ static double *generator(const perp__polyhedron *p, int32_t k)
     return p->cone.x + (size_t)k * (size_t)p->cone.dimension;
 }
 
-int32_t perp__polyhedron_is_vertex(const perp__polyhedron *p, int32_t k)
+bool perp__polyhedron_is_vertex(const perp__polyhedron *p, int32_t k)
 {
     return k < p->cone.rays && generator(p, k)[0] > p->least;
 }

@@ -15,11 +15,12 @@
 #define PERP_STEP_IMPACT_H
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdint.h>
 
 /* Whether a contact that presses was hit: it came faster than what the forces of the step make of
  * its velocity. A slower approach is resting contact, which would else bounce for ever. */
-static inline int32_t perp__is_hit(double restitution, double before, double forced)
+static inline bool perp__is_hit(double restitution, double before, double forced)
 {
     return restitution > 0.0 && before < -fabs(forced);
 }

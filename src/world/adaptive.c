@@ -71,7 +71,7 @@ static void begin(attempt *trial)
 /* The step as a whole, then its halves, where the world is then. */
 static perp_status try_halves(perp_world *world, attempt *trial, double h)
 {
-    const size_t size = (size_t)world->body_slots * sizeof *world->states;
+    const size_t size = (size_t)world->bodies.slots * sizeof *world->bodies.states;
     const perp__state *whole;
     perp_status status = keep(world, &world->tried);
 
@@ -81,7 +81,7 @@ static perp_status try_halves(perp_world *world, attempt *trial, double h)
     trial->error = INFINITY;
     if (status != PERP_OK || !trial->advances)
         return status;
-    memcpy(world->whole.bytes, world->states, size);
+    memcpy(world->whole.bytes, world->bodies.states, size);
     whole = (const perp__state *)world->whole.bytes;
     status = perp__snapshot_read(world, world->tried.bytes);
     begin(trial);
@@ -89,12 +89,12 @@ static perp_status try_halves(perp_world *world, attempt *trial, double h)
         status = take(world, trial, 0.5 * h);
     trial->error = trial->advances ? 0.0 : INFINITY;
     /* how far apart points of a body are in both, at most, in place and in h v */
-    for (int32_t i = 0; i < world->body_slots && trial->advances; i++) {
-        const perp__state *a = &whole[i], *b = &world->states[i];
-        const double reach = world->bodies[i].radius;
+    for (int32_t i = 0; i < world->bodies.slots && trial->advances; i++) {
+        const perp__state *a = &whole[i], *b = &world->bodies.states[i];
+        const double reach = world->bodies.all[i].radius;
         double apart[3], speed[3], spin[3], turn[4];
 
-        if (!world->bodies[i].alive || !perp__is_dynamic(world, i))
+        if (!world->bodies.all[i].alive || !perp__is_dynamic(world, i))
             continue;
         perp__subtract3(apart, a->position, b->position);
         perp__subtract3(speed, a->velocity, b->velocity);
@@ -140,7 +140,7 @@ static perp_status follow(perp_world *world, perp_step_result *result, double dt
     attempt trial;
 
     while (status == PERP_OK && left > 0.0 && result->advanced) {
-        const int32_t spent = perp__is_budget_spent(world);
+        const bool spent = perp__is_budget_spent(world);
 
         if (spent || h >= left)
             h = left;
@@ -170,9 +170,9 @@ static perp_status follow_parts(perp_world *world, perp_step_result *result, dou
     while (status == PERP_OK && done < parts && result->advanced) {
         const int32_t spent = perp__is_budget_spent(world), more = spent ? parts - done : 1;
 
-        world->divides = spent ? 0 : parts;
+        world->step.divides = spent ? 0 : parts;
         status = take_rest(world, &trial, dt * more / parts);
-        if (status == PERP_OK && world->rough) {
+        if (status == PERP_OK && world->step.rough) {
             parts *= 2;
             done *= 2;
         } else if (status == PERP_OK) {
@@ -185,15 +185,15 @@ static perp_status follow_parts(perp_world *world, perp_step_result *result, dou
 
 perp_status perp__advance_world(perp_world *world, perp_step_result *result, double dt)
 {
-    const perp_world_stats stats = world->stats;
+    const perp_world_stats stats = world->results.stats;
     perp_status status = PERP_OK, restored = PERP_OK;
 
     /* 1. In one, where that will do. */
     perp__open_budget(world);
-    world->divides = world->settings.error == 0.0;
-    if (world->divides)
+    world->step.divides = world->settings.error == 0.0;
+    if (world->step.divides)
         status = perp__step(world, result, dt);
-    if (status != PERP_OK || (world->divides && !world->rough)) {
+    if (status != PERP_OK || (world->step.divides && !world->step.rough)) {
         result->steps = 1;
         result->error = NAN;
         return status;
@@ -205,12 +205,12 @@ perp_status perp__advance_world(perp_world *world, perp_step_result *result, dou
         return status;
     status =
         world->settings.error > 0.0 ? follow(world, result, dt) : follow_parts(world, result, dt);
-    result->iterations = world->budget.spent;
+    result->iterations = world->step.budget.spent;
     if (status != PERP_OK || !result->advanced) {
         restored = perp__snapshot_read(world, world->begun.bytes);
-        world->stats = stats;
+        world->results.stats = stats;
     }
-    world->stats.iterations = result->iterations;
-    world->stats.steps = stats.steps + (result->advanced && status == PERP_OK);
+    world->results.stats.iterations = result->iterations;
+    world->results.stats.steps = stats.steps + (result->advanced && status == PERP_OK);
     return status == PERP_OK ? restored : status;
 }

@@ -78,37 +78,37 @@ static perp_status check_state(const perp_world *world, perp__state *state, cons
 /* Takes a free slot, or the next one; room is there. */
 static int32_t take_slot(perp_world *world, const perp__body *body, const perp__state *state)
 {
-    int32_t slot = world->free_body;
+    int32_t slot = world->bodies.free;
     uint32_t generation = 1;
-    int32_t listed = 0;
+    bool listed = 0;
 
     if (slot >= 0) {
-        world->free_body = world->bodies[slot].next_free;
-        generation = world->bodies[slot].generation;
-        listed = world->bodies[slot].awake;
+        world->bodies.free = world->bodies.all[slot].next_free;
+        generation = world->bodies.all[slot].generation;
+        listed = world->bodies.all[slot].awake;
     } else {
-        slot = world->body_slots++;
+        slot = world->bodies.slots++;
     }
-    world->bodies[slot] = *body;
-    world->bodies[slot].generation = generation;
-    world->bodies[slot].alive = 1;
-    world->bodies[slot].awake = listed;
-    world->bodies[slot].nap = world->bodies[slot].first_shape = -1;
-    world->clusters[slot] = slot;
-    world->states[slot] = *state;
+    world->bodies.all[slot] = *body;
+    world->bodies.all[slot].generation = generation;
+    world->bodies.all[slot].alive = 1;
+    world->bodies.all[slot].awake = listed;
+    world->bodies.all[slot].nap = world->bodies.all[slot].first_shape = -1;
+    world->bodies.clusters[slot] = slot;
+    world->bodies.states[slot] = *state;
     perp__note_put(world, slot);
-    world->edition++;
-    world->stats.bodies++;
+    world->bodies.edition++;
+    world->results.stats.bodies++;
     return slot;
 }
 
 perp_status perp__add_body(perp_world *world, perp_body *id, const perp_body_settings *settings)
 {
     const perp__growing arrays[] = {
-        PERP__GROWING(world->bodies, world->body_slots, 1),
-        PERP__GROWING(world->states, world->body_slots, 1),
-        PERP__GROWING(world->clusters, world->body_slots, 1),
-        PERP__GROWING(world->awake, world->awake_count + world->roused_count, 1)};
+        PERP__GROWING(world->bodies.all, world->bodies.slots, 1),
+        PERP__GROWING(world->bodies.states, world->bodies.slots, 1),
+        PERP__GROWING(world->bodies.clusters, world->bodies.slots, 1),
+        PERP__GROWING(world->sleep.awake, world->sleep.awake_count + world->sleep.roused_count, 1)};
     perp__body body;
     perp__state state;
     int32_t slot;
@@ -129,13 +129,13 @@ perp_status perp__add_body(perp_world *world, perp_body *id, const perp_body_set
                               "settings.velocity and angular_velocity of a static body must be 0");
     if (status == PERP_OK && body.kind == PERP_BODY_DYNAMIC)
         status = perp__body_mass(world, &body, settings->mass, settings->inertia);
-    if (status == PERP_OK && world->free_body < 0)
-        status = perp__grow(world->context, "another body", &world->body_capacity,
-                            (int64_t)world->body_slots + 1, arrays, 4);
+    if (status == PERP_OK && world->bodies.free < 0)
+        status = perp__grow(world->context, "another body", &world->bodies.capacity,
+                            (int64_t)world->bodies.slots + 1, arrays, 4);
     if (status != PERP_OK)
         return status;
     slot = take_slot(world, &body, &state);
-    *id = perp__id(slot, world->bodies[slot].generation);
+    *id = perp__id(slot, world->bodies.all[slot].generation);
     return PERP_OK;
 }
 
@@ -169,13 +169,13 @@ static perp_status remove_body(perp_world *world, perp_body id)
     perp__disturb(world, slot);
     perp__remove_shapes(world, slot);
     perp__remove_joints(world, slot);
-    world->bodies[slot].alive = 0;
-    world->awake_changed = 1;
-    world->bodies[slot].generation++;
-    world->bodies[slot].next_free = world->free_body;
-    world->free_body = slot;
-    world->edition++;
-    world->stats.bodies--;
+    world->bodies.all[slot].alive = 0;
+    world->sleep.awake_changed = 1;
+    world->bodies.all[slot].generation++;
+    world->bodies.all[slot].next_free = world->bodies.free;
+    world->bodies.free = slot;
+    world->bodies.edition++;
+    world->results.stats.bodies--;
     return PERP_OK;
 }
 
@@ -194,7 +194,8 @@ static perp_status get_body(const perp_world *world, perp_body_state *state, per
     PERP__THEN(status, perp_body_state_init(&copy, sizeof copy));
     if (status != PERP_OK)
         return status;
-    memcpy(NUMBERS_OF(perp_body_state, &copy), &world->states[slot], offsetof(perp__state, put));
+    memcpy(NUMBERS_OF(perp_body_state, &copy), &world->bodies.states[slot],
+           offsetof(perp__state, put));
     perp__struct_write(state, &copy, sizeof copy);
     return PERP_OK;
 }
@@ -223,16 +224,16 @@ static perp_status set_body(perp_world *world, const perp_body_state *caller, pe
         check_state(world, &state, "state.position", "state.velocity", "state.angular_velocity");
     PERP__THEN(status, perp__check_vector3(world, "state.force", state.force));
     PERP__THEN(status, check_turning(world, "state.torque", state.torque));
-    if (status == PERP_OK && world->bodies[slot].kind == PERP_BODY_STATIC &&
+    if (status == PERP_OK && world->bodies.all[slot].kind == PERP_BODY_STATIC &&
         !(perp__is_zero3(state.velocity) && perp__is_zero3(state.angular_velocity) &&
           perp__is_zero3(state.force) && perp__is_zero3(state.torque)))
         status =
             perp__refuse(world->context, "body is static: velocities, force and torque must be 0");
     if (status == PERP_OK &&
-        memcmp(&world->states[slot], &state, offsetof(perp__state, put)) != 0) {
-        if (memcmp(&world->states[slot], &state, offsetof(perp__state, velocity)) != 0)
+        memcmp(&world->bodies.states[slot], &state, offsetof(perp__state, put)) != 0) {
+        if (memcmp(&world->bodies.states[slot], &state, offsetof(perp__state, velocity)) != 0)
             perp__note_put(world, slot);
-        memcpy(&world->states[slot], &state, offsetof(perp__state, put));
+        memcpy(&world->bodies.states[slot], &state, offsetof(perp__state, put));
         perp__disturb(world, slot);
     }
     return status;
@@ -251,7 +252,7 @@ static perp_status get_mass(const perp_world *world, double *mass, double *inert
 
     if (status != PERP_OK)
         return status;
-    body = &world->bodies[slot];
+    body = &world->bodies.all[slot];
     if (mass)
         *mass = body->kind == PERP_BODY_DYNAMIC ? body->mass : INFINITY;
     for (int32_t k = 0; k < 9 && inertia; k++)
@@ -270,14 +271,14 @@ perp_status perp_world_get_mass(const perp_world *world, double *mass, double *i
 
 static perp_status get_states(const perp_world *world, perp_world_states *states)
 {
-    const perp__state *first = world->states;
+    const perp__state *first = world->bodies.states;
     perp_world_states copy;
     perp_status status = PERP__CHECK(perp_world_states, world->context, states);
 
     PERP__THEN(status, perp_struct_init(&copy, sizeof copy));
     if (status != PERP_OK)
         return status;
-    copy.slots = world->body_slots;
+    copy.slots = world->bodies.slots;
     copy.pose_stride = copy.twist_stride = sizeof *first;
     copy.position = first->position;
     copy.orientation = first->orientation;

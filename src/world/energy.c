@@ -13,7 +13,7 @@ static void spin_of(const perp_world *world, int32_t i, const perp__state *state
         return;
     perp__rotation_of(world, state, R);
     perp__apply_transposed3(w, R, spin);
-    perp__apply3(Iw, world->bodies[i].inertia, w);
+    perp__apply3(Iw, world->bodies.all[i].inertia, w);
     perp__apply3(spin, R, Iw);
 }
 
@@ -24,21 +24,21 @@ double perp__kinetic_of(const perp_world *world, int32_t i, const perp__state *s
 
     spin_of(world, i, state, spin);
     perp__subtract3(beside, state->velocity, frame);
-    return 0.5 * (world->bodies[i].mass * perp__dot3(beside, beside) +
+    return 0.5 * (world->bodies.all[i].mass * perp__dot3(beside, beside) +
                   perp__dot3(spin, state->angular_velocity));
 }
 
 double perp__energy_lost(const perp_world *world, int32_t i, const double *frame, double *rounding)
 {
-    const perp__state *from = &world->states[i], *to = &world->next[i];
+    const perp__state *from = &world->bodies.states[i], *to = &world->step.next[i];
     const double before = perp__kinetic_of(world, i, from, frame);
     const double after = perp__kinetic_of(world, i, to, frame);
     double shift[6], sum = before + after;
 
     for (int32_t k = 0; k < 3; k++) {
-        shift[k] = to->position[k] - from->position[k] - world->step_length * frame[k];
-        shift[3 + k] = world->step_length * world->motions[i].moving[3 + k];
-        sum += fabs(world->bodies[i].mass * world->settings.gravity[k] + from->force[k]) *
+        shift[k] = to->position[k] - from->position[k] - world->step.length * frame[k];
+        shift[3 + k] = world->step.length * world->step.motions[i].moving[3 + k];
+        sum += fabs(world->bodies.all[i].mass * world->settings.gravity[k] + from->force[k]) *
                    (fabs(from->position[k]) + fabs(to->position[k])) +
                fabs(from->torque[k]);
     }
@@ -51,9 +51,10 @@ double perp__work_needed(const perp_world *world, int32_t i, const double *shift
     double work = 0.0;
 
     for (int32_t k = 0; k < 3; k++)
-        work -= (world->bodies[i].mass * world->settings.gravity[k] + world->states[i].force[k]) *
+        work -= (world->bodies.all[i].mass * world->settings.gravity[k] +
+                 world->bodies.states[i].force[k]) *
                     shift[k] +
-                world->states[i].torque[k] * shift[3 + k];
+                world->bodies.states[i].torque[k] * shift[3 + k];
     return work;
 }
 
@@ -62,8 +63,8 @@ double perp__kinetic_beside(const perp_world *world, const perp__island *island,
     double kinetic = 0.0;
 
     for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
-        kinetic += perp__kinetic_of(world, body, &world->next[body], v);
+        const int32_t body = world->islands.body_order[island->first_body + i];
+        kinetic += perp__kinetic_of(world, body, &world->step.next[body], v);
     }
     return kinetic;
 }
@@ -76,7 +77,7 @@ double perp__energy_gained(const perp_world *world, const perp__island *island, 
     if (!perp__find_frame(world, island, frame))
         return -INFINITY;
     for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
+        const int32_t body = world->islands.body_order[island->first_body + i];
 
         if (!perp__stays(world, body))
             gained -= perp__energy_lost(world, body, frame, rounding);
@@ -86,30 +87,30 @@ double perp__energy_gained(const perp_world *world, const perp__island *island, 
 
 /* What its turn gave of a body's energy, by an inertia beside its angular velocity, or all that it
  * has by turning; joints settle that otherwise. */
-static double turn_gave(const perp_world *world, int32_t body, int32_t all)
+static double turn_gave(const perp_world *world, int32_t body, bool all)
 {
-    const perp__state *next = &world->next[body];
+    const perp__state *next = &world->step.next[body];
     double spinning = perp__kinetic_of(world, body, next, next->velocity);
-    perp__state before = world->states[body];
+    perp__state before = world->bodies.states[body];
 
     perp__copy3(before.angular_velocity, next->angular_velocity);
     spinning -= all ? 0.0 : perp__kinetic_of(world, body, &before, before.velocity);
-    return world->roles[body].jointed ? 0.0 : fmax(spinning, 0.0);
+    return world->step.roles[body].jointed ? 0.0 : fmax(spinning, 0.0);
 }
 
-double perp__take_turns(perp_world *world, const perp__island *island, double given, int32_t all)
+double perp__take_turns(perp_world *world, const perp__island *island, double given, bool all)
 {
     double sum = 0.0, share;
 
     for (int32_t i = 0; i < island->bodies; i++)
-        sum += turn_gave(world, world->body_order[island->first_body + i], all);
+        sum += turn_gave(world, world->islands.body_order[island->first_body + i], all);
     share = fmin(given / sum, 1.0);
     for (int32_t i = 0; i < island->bodies && share > 0.0; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
+        const int32_t body = world->islands.body_order[island->first_body + i];
         const double gave = turn_gave(world, body, all), spin = turn_gave(world, body, 1);
 
         for (int32_t k = 0; k < 3 && gave > 0.0; k++)
-            world->next[body].angular_velocity[k] *= sqrt(1.0 - share * gave / spin);
+            world->step.next[body].angular_velocity[k] *= sqrt(1.0 - share * gave / spin);
     }
     return share < 1.0 ? 0.0 : given - sum;
 }
@@ -119,9 +120,9 @@ double perp__take_turns(perp_world *world, const perp__island *island, double gi
  * motions may go deep, where to take it back may lead. Returns the energy that it gave. */
 static double way_gave(const perp_world *world, int32_t body, const double *frame, double *way)
 {
-    const double deep = fmax(perp__level_of(world)->deep, PERP__NEAR), h = world->step_length;
+    const double deep = fmax(perp__level_of(world)->deep, PERP__NEAR), h = world->step.length;
     const double most = deep * perp__body_length(world, body);
-    const perp__state *from = &world->states[body], *to = &world->next[body];
+    const perp__state *from = &world->bodies.states[body], *to = &world->step.next[body];
 
     memset(way, 0, 6 * sizeof *way);
     for (int32_t k = 0; k < 3; k++)
@@ -138,26 +139,26 @@ static double take_from_ways(perp_world *world, const perp__island *island, doub
     double sum = 0.0, way[6];
 
     for (int32_t i = 0; i < island->bodies; i++)
-        sum += way_gave(world, world->body_order[island->first_body + i], frame, way);
+        sum += way_gave(world, world->islands.body_order[island->first_body + i], frame, way);
     for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
+        const int32_t body = world->islands.body_order[island->first_body + i];
 
         if (way_gave(world, body, frame, way) > 0.0)
-            perp__add3(world->next[body].position, -fmin(given / sum, 1.0), way);
+            perp__add3(world->step.next[body].position, -fmin(given / sum, 1.0), way);
     }
     return perp__energy_given(world, island);
 }
 
 /* Whether contact i is of a body that the step leaves at rest: its impulses balance. */
-static int32_t rests(const perp_world *world, const perp__island *island, int32_t i)
+static bool rests(const perp_world *world, const perp__island *island, int32_t i)
 {
     const int32_t *body = perp__step_flags(world, island, i)->body;
-    int32_t any = 0;
+    bool any = 0;
 
     for (int32_t side = 0; side < 2; side++)
         any |= perp__is_dynamic(world, body[side]) &&
-               perp__is_zero3(world->next[body[side]].velocity) &&
-               perp__is_zero3(world->next[body[side]].angular_velocity);
+               perp__is_zero3(world->step.next[body[side]].velocity) &&
+               perp__is_zero3(world->step.next[body[side]].angular_velocity);
     return any;
 }
 
@@ -170,18 +171,18 @@ static void find_made(perp_world *world, const perp__island *island, int32_t fri
         const perp__world_contact *contact = perp__step_contact(world, island, i / 2);
         const int32_t body = i % 2 == 0 ? contact->body_a : contact->body_b;
         const double *r = perp__step_response(world, island, i / 2)->impulse;
-        perp__motion *motion = &world->motions[body];
+        perp__motion *motion = &world->step.motions[body];
         double row[6], moment[3] = {0.0}, seen[3];
 
         if (!perp__is_dynamic(world, body) || rests(world, island, i / 2))
             continue;
         for (int32_t k = friction; k < 3; k++) {
             perp__contact_row(contact, i % 2, k, row);
-            perp__add3(motion->shift, r[k] * world->bodies[body].inverse_mass, row);
+            perp__add3(motion->shift, r[k] * world->bodies.all[body].inverse_mass, row);
             perp__add3(moment, r[k], row + 3);
         }
         perp__apply_transposed3(seen, motion->rotation, moment);
-        perp__apply3(moment, world->bodies[body].inverse_inertia, seen);
+        perp__apply3(moment, world->bodies.all[body].inverse_inertia, seen);
         perp__apply3(seen, motion->rotation, moment);
         perp__add3(motion->shift + 3, 1.0, seen);
     }
@@ -200,10 +201,10 @@ static double take_impulses(perp_world *world, const perp__island *island, doubl
     (void)perp__find_frame(world, island, frame);
     find_made(world, island, friction);
     for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
-        const perp__motion *motion = &world->motions[body];
-        const double *d = motion->shift, mass = world->bodies[body].mass;
-        perp__state turned = world->next[body];
+        const int32_t body = world->islands.body_order[island->first_body + i];
+        const perp__motion *motion = &world->step.motions[body];
+        const double *d = motion->shift, mass = world->bodies.all[body].mass;
+        perp__state turned = world->step.next[body];
         double spin[3];
 
         spin_of(world, body, &turned, spin);
@@ -212,8 +213,8 @@ static double take_impulses(perp_world *world, const perp__island *island, doubl
         perp__copy3(turned.angular_velocity, d + 3);
         spin_of(world, body, &turned, spin);
         square += mass * perp__dot3(d, d) + perp__dot3(d + 3, spin);
-        forced +=
-            mass * (perp__dot3(d, motion->free) - perp__dot3(d, world->states[body].velocity));
+        forced += mass * (perp__dot3(d, motion->free) -
+                          perp__dot3(d, world->bodies.states[body].velocity));
     }
 
     /* 2. as much as there is of these impulses, and of energy by them */
@@ -228,15 +229,15 @@ static double take_impulses(perp_world *world, const perp__island *island, doubl
             perp__step_response(world, island, i / 3)->impulse[i % 3] *= 1.0 - t;
     for (int32_t i = 0; i < island->bodies; i++) {
         const double *d = perp__island_motion(world, island, i)->shift;
-        perp__state *next = &world->next[world->body_order[island->first_body + i]];
+        perp__state *next = &world->step.next[world->islands.body_order[island->first_body + i]];
 
-        perp__add3(next->position, -half * world->step_length * t, d);
+        perp__add3(next->position, -half * world->step.length * t, d);
         perp__add3(next->velocity, -t, d);
         perp__add3(next->angular_velocity, -t, d + 3);
     }
     /* u + t (q - u) misses by t beside what drives it, and by no more than t d */
     if (verdict->swept)
-        perp__raise_to(&world->scaled,
+        perp__raise_to(&world->step.scaled,
                        verdict->residual + t * fmin(sqrt(square) / verdict->drive, 1.0));
     return perp__energy_given(world, island);
 }
@@ -265,12 +266,12 @@ static perp_status add_up(const perp_world *world, double *kinetic, double *pote
 
     if (status != PERP_OK)
         return status;
-    for (int32_t i = 0; i < world->body_slots; i++) {
-        const perp__state *state = &world->states[i];
-        const double mass = world->bodies[i].mass;
+    for (int32_t i = 0; i < world->bodies.slots; i++) {
+        const perp__state *state = &world->bodies.states[i];
+        const double mass = world->bodies.all[i].mass;
         double spin[3], orbit[3];
 
-        if (!world->bodies[i].alive || !perp__is_dynamic(world, i))
+        if (!world->bodies.all[i].alive || !perp__is_dynamic(world, i))
             continue;
         sums[0] += perp__kinetic_of(world, i, state, at_rest);
         sums[1] -= mass * perp__dot3(world->settings.gravity, state->position);

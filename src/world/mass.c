@@ -11,7 +11,7 @@
 
 /* Lower triangular L with A + shift E = L L' (row by row); returns 0 if a pivot is not above
  * `least` times its diagonal entry: not positive definite to rounding. */
-static int32_t cholesky3(double *L, const double *A, double shift, double least)
+static bool cholesky3(double *L, const double *A, double shift, double least)
 {
     memset(L, 0, 9 * sizeof *L);
     for (int32_t j = 0; j < 3; j++) {
@@ -204,8 +204,8 @@ perp_status perp__check_centres(perp_world *world)
 {
     const double tolerance = 1e-6; /* of the body's size: offsets may have rounded digits */
 
-    for (int32_t i = 0; i < world->body_slots; i++) {
-        const perp__body *body = &world->bodies[i];
+    for (int32_t i = 0; i < world->bodies.slots; i++) {
+        const perp__body *body = &world->bodies.all[i];
         const double *moment = body->shape_moment;
 
         if (body->alive && body->kind == PERP_BODY_DYNAMIC && !(body->given_inertia[8] > 0.0) &&
@@ -217,7 +217,7 @@ perp_status perp__check_centres(perp_world *world)
                                 (int)i, moment[0] / body->shape_mass, moment[1] / body->shape_mass,
                                 moment[2] / body->shape_mass);
     }
-    world->weighed = 1;
+    world->bodies.weighed = 1;
     return PERP_OK;
 }
 

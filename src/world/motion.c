@@ -20,7 +20,7 @@ void perp__rotation_of(const perp_world *world, const perp__state *state, double
 }
 
 void perp__place_shape(const perp__shape *shape, const double *position, const double *R,
-                       int32_t turned, perp__placed *placed)
+                       bool turned, perp__placed *placed)
 {
     double offset[3];
 
@@ -32,22 +32,24 @@ void perp__place_shape(const perp__shape *shape, const double *position, const d
         perp__multiply3(placed->rotation, R, shape->rotation);
 }
 
-void perp__place_body(perp_world *world, const perp__state *states, int32_t body, int32_t turned)
+void perp__place_body(perp_world *world, const perp__state *states, int32_t body, bool turned)
 {
-    double *R = world->motions[body].rotation;
+    double *R = world->step.motions[body].rotation;
 
-    world->motions[body].placed = world->coasting + (states == world->next);
+    world->step.motions[body].placed = world->step.coasting + (states == world->step.next);
     if (turned)
         perp__rotation_of(world, &states[body], R);
-    for (int32_t i = world->bodies[body].first_shape; i >= 0; i = world->shapes[i].next_of_body)
-        perp__place_shape(&world->shapes[i], states[body].position, R, turned, &world->placed[i]);
+    for (int32_t i = world->bodies.all[body].first_shape; i >= 0;
+         i = world->shapes.all[i].next_of_body)
+        perp__place_shape(&world->shapes.all[i], states[body].position, R, turned,
+                          &world->step.placed[i]);
 }
 
 void perp__place(perp_world *world, const perp__state *states)
 {
-    for (int32_t i = 0; i < world->awake_count; i++) {
-        perp__place_body(world, states, world->awake[i], 1);
-        world->motions[world->awake[i]].placed = 0;
+    for (int32_t i = 0; i < world->sleep.awake_count; i++) {
+        perp__place_body(world, states, world->sleep.awake[i], 1);
+        world->step.motions[world->sleep.awake[i]].placed = 0;
     }
 }
 
@@ -119,8 +121,8 @@ void perp__euler_step(const perp__body *body, double h, const double *w, const d
 /* v_f = v + h (gravity + force / m); of a ball also w_f. */
 void perp__push_freely(const perp_world *world, int32_t i, double h, double *free)
 {
-    const perp__body *body = &world->bodies[i];
-    const perp__state *state = &world->states[i];
+    const perp__body *body = &world->bodies.all[i];
+    const perp__state *state = &world->bodies.states[i];
     double change[3] = {0.0, 0.0, 0.0};
 
     for (int32_t k = 0; k < 3; k++)
@@ -136,15 +138,15 @@ void perp__push_freely(const perp_world *world, int32_t i, double h, double *fre
 
 void perp__keep_placed(perp_world *world, int32_t body)
 {
-    if (world->motions[body].placed != world->coasting)
-        perp__place_body(world, world->states, body, 1);
+    if (world->step.motions[body].placed != world->step.coasting)
+        perp__place_body(world, world->bodies.states, body, 1);
 }
 
-int32_t perp__start_motion(perp_world *world, int32_t body, double h)
+bool perp__start_motion(perp_world *world, int32_t body, double h)
 {
-    const perp__state *state = &world->states[body];
-    perp__motion *motion = &world->motions[body];
-    perp__role *role = &world->roles[body];
+    const perp__state *state = &world->bodies.states[body];
+    perp__motion *motion = &world->step.motions[body];
+    perp__role *role = &world->step.roles[body];
     double w[3], w_next[3], torque[3];
 
     perp__keep_placed(world, body);
@@ -155,11 +157,11 @@ int32_t perp__start_motion(perp_world *world, int32_t body, double h)
     role->dynamic = (int8_t)perp__is_dynamic(world, body);
     if (role->dynamic)
         perp__push_freely(world, body, h, motion->free);
-    if (role->dynamic && !world->bodies[body].spherical) {
+    if (role->dynamic && !world->bodies.all[body].spherical) {
         /* w_f from Euler's equations with the frame frozen */
         perp__apply_transposed3(w, motion->rotation, state->angular_velocity);
         perp__apply_transposed3(torque, motion->rotation, state->torque);
-        perp__euler_step(&world->bodies[body], h, w, torque, w_next);
+        perp__euler_step(&world->bodies.all[body], h, w, torque, w_next);
         perp__apply3(motion->free + 3, motion->rotation, w_next);
     }
     for (int32_t k = 0; k < 6; k++) {
@@ -169,7 +171,7 @@ int32_t perp__start_motion(perp_world *world, int32_t body, double h)
         motion->moving[k] = motion->tried[k] = 0.5 * (motion->start[k] + free);
         motion->trial[k] = motion->last[k] = motion->start[k];
     }
-    motion->enclosed = world->moved[body] = 1; /* in the first round */
+    motion->enclosed = world->step.moved[body] = 1; /* in the first round */
     motion->spare = INFINITY;
     motion->room = 0.0;
     role->island = -1;

@@ -35,9 +35,11 @@ static void find_overlaps(perp_world *world, perp__share *share, double h)
         pair->overlap = 0.0;
         if (perp__is_swept(world, pair) || !perp__are_near(world, pair, 0.0))
             continue;
-        least = world->roles[body[0]].swept || world->roles[body[1]].swept ? deep : PERP__IN_PLACE;
+        least = world->step.roles[body[0]].swept || world->step.roles[body[1]].swept
+                    ? deep
+                    : PERP__IN_PLACE;
         least = -fmax(least * perp__pair_size(world, pair), perp__pair_rounding(world, pair));
-        made = perp__collide(&world->placed[pair->first], &world->placed[pair->second],
+        made = perp__collide(&world->step.placed[pair->first], &world->step.placed[pair->second],
                              world->settings.planar, least, points);
         for (int32_t k = 0; k < made; k++)
             if (points[k].gap < least)
@@ -49,26 +51,26 @@ static void find_overlaps(perp_world *world, perp__share *share, double h)
  * what turns freely. */
 static double deepest(perp_world *world)
 {
-    const double lack = world->joint_count > 0 ? perp__joint_errors(world) : 0.0;
+    const double lack = world->joints.count > 0 ? perp__joint_errors(world) : 0.0;
     perp__share all = {0};
     double most = 0.0;
 
-    (void)perp__share_out(world, world->pair_count, find_overlaps, 0.0, &all);
-    for (int32_t i = 0; i < world->awake_count; i++) {
-        const int32_t body = world->awake[i];
+    (void)perp__share_out(world, world->pairs.count, find_overlaps, 0.0, &all);
+    for (int32_t i = 0; i < world->sleep.awake_count; i++) {
+        const int32_t body = world->sleep.awake[i];
 
-        world->motions[body].overlap = world->roles[body].jointed ? lack : 0.0;
+        world->step.motions[body].overlap = world->step.roles[body].jointed ? lack : 0.0;
     }
-    for (int32_t i = 0; i < world->pair_count; i++) {
+    for (int32_t i = 0; i < world->pairs.count; i++) {
         const perp__pair *pair = perp__ordered_pair(world, i);
 
         perp__raise_to(&most, pair->overlap);
         for (int32_t side = 0; side < 2; side++)
             if (perp__is_dynamic(world, pair->body[side]))
-                perp__raise_to(&world->motions[pair->body[side]].overlap, pair->overlap);
+                perp__raise_to(&world->step.motions[pair->body[side]].overlap, pair->overlap);
     }
-    for (int32_t i = 0; i < world->island_count; i++) { /* what is pushed pushes on */
-        const perp__island *island = &world->islands[i];
+    for (int32_t i = 0; i < world->islands.count; i++) { /* what is pushed pushes on */
+        const perp__island *island = &world->islands.all[i];
         double way = perp__is_few(world, island, PERP__FEW_CONTACTS) ? 0.0 : INFINITY;
 
         for (int32_t k = 0; k < island->bodies && way < INFINITY; k++)
@@ -85,10 +87,11 @@ static double reach_of(const perp_world *world, const perp__world_contact *conta
 {
     const double deep = perp__deep_overlap(contact);
     perp__moving a, b;
-    const int32_t put = world->roles[contact->body_a].put || world->roles[contact->body_b].put;
+    const bool put =
+        world->step.roles[contact->body_a].put || world->step.roles[contact->body_b].put;
 
-    perp__moving_shape(world, contact->shape_a, world->step_length, &a);
-    perp__moving_shape(world, contact->shape_b, world->step_length, &b);
+    perp__moving_shape(world, contact->shape_a, world->step.length, &a);
+    perp__moving_shape(world, contact->shape_b, world->step.length, &b);
     return fmax(fmax(deep, perp__cleared(-contact->gap, 0.5 * deep)),
                 put ? 0.0 : perp__relative_displacement(&a, &b));
 }
@@ -104,7 +107,7 @@ static double longest_displacement(const perp_world *world, const perp__island *
     for (int32_t i = 0; i < 2 * island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i / 2);
         const int32_t body = i % 2 == 0 ? contact->body_a : contact->body_b;
-        const double *shift = world->motions[body].shift;
+        const double *shift = world->step.motions[body].shift;
 
         if (!perp__is_dynamic(world, body))
             continue;
@@ -121,9 +124,9 @@ static double longest_displacement(const perp_world *world, const perp__island *
 static void apply(perp_world *world, const perp__island *island)
 {
     for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
-        const double *shift = world->motions[body].shift;
-        perp__state *state = &world->next[body];
+        const int32_t body = world->islands.body_order[island->first_body + i];
+        const double *shift = world->step.motions[body].shift;
+        perp__state *state = &world->step.next[body];
         double before[9], after[9], local[3];
 
         perp__rotation_of(world, state, before);
@@ -149,13 +152,14 @@ static void shorten(const perp_world *world, const perp__island *island, double 
 
     (void)perp__find_frame(world, island, frame);
     for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
-        const double *shift = world->motions[body].shift, turned = perp__dot3(shift + 3, shift + 3);
+        const int32_t body = world->islands.body_order[island->first_body + i];
+        const double *shift = world->step.motions[body].shift,
+                     turned = perp__dot3(shift + 3, shift + 3);
 
-        share = fmin(share, opening / (turned * world->bodies[body].radius));
-        left += world->motions[body].unspent;
-        if (world->roles[body].far)
-            left += perp__kinetic_of(world, body, &world->next[body], frame);
+        share = fmin(share, opening / (turned * world->bodies.all[body].radius));
+        left += world->step.motions[body].unspent;
+        if (world->step.roles[body].far)
+            left += perp__kinetic_of(world, body, &world->step.next[body], frame);
         (void)perp__energy_lost(world, body, frame, &rounding);
         needed += perp__work_needed(world, body, shift);
     }
@@ -180,14 +184,15 @@ void perp__write_normal(const perp_world *world, const perp__world_contact *cont
 /* Rows of the island's overlaps, and of limits that its points may come to; bodies at rest. */
 static void pose(perp_world *world, const perp__island *island, double most)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     const int32_t n = world->dof;
 
     work->carriers = 0;
     for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
+        const int32_t body = world->islands.body_order[island->first_body + i];
 
-        perp__write_factor(world, body, world->motions[body].rotation, work->factors + n * n * i);
+        perp__write_factor(world, body, world->step.motions[body].rotation,
+                           work->factors + n * n * i);
     }
     memset(work->free, 0, (size_t)(n * island->bodies) * sizeof *work->free);
     for (int32_t i = 0; i < island->contacts; i++) {
@@ -205,11 +210,11 @@ static perp_status solve_shifts(perp_world *world, const perp__island *island, i
 {
     perp__rigid_problem problem;
     perp__rigid_answer answer;
-    perp__passes step = {.h = 1.0, .passes = world->work.inequalities > 0 ? PERP__PASSES : 1};
-    const int32_t swept = island->joints > 0 && world->settings.accuracy < PERP_ACCURACY_ACCURATE;
+    perp__passes step = {.h = 1.0, .passes = world->solve.work.inequalities > 0 ? PERP__PASSES : 1};
+    const bool swept = island->joints > 0 && world->settings.accuracy < PERP_ACCURACY_ACCURATE;
     perp_status status;
 
-    world->work.set_up = 0;
+    world->solve.work.set_up = 0;
     perp__pose_island(world, island, &problem);
     perp__receive(world, &answer);
     problem.warm = NULL;
@@ -220,14 +225,14 @@ static perp_status solve_shifts(perp_world *world, const perp__island *island, i
         problem.max_iterations = ITERATIONS;
     problem.holds = 1;
     answer.outcome = PERP_OUTCOME_ITERATION_LIMIT; /* of passes: what they leave comes again */
-    status = swept ? perp__coloured_step(&world->coloured, &answer, NULL, &problem, &step)
-                   : perp__rigid_solve(world->solver, &answer, &problem);
+    status = swept ? perp__coloured_step(&world->solve.coloured, &answer, NULL, &problem, &step)
+                   : perp__rigid_solve(world->solve.solver, &answer, &problem);
     if (status != PERP_OK)
         return status;
     perp__spend(world, answer.iterations);
     *found = answer.outcome != PERP_OUTCOME_RAY && answer.outcome <= PERP_OUTCOME_STALLED;
     for (int32_t i = 0; i < island->bodies; i++)
-        perp__twist_of(world, world->work.v + world->dof * i,
+        perp__twist_of(world, world->solve.work.v + world->dof * i,
                        perp__island_motion(world, island, i)->shift);
     return PERP_OK;
 }
@@ -262,22 +267,23 @@ perp_status perp__project_overlaps(perp_world *world, int32_t *changed)
     double depth = 0.0;
     perp_status status = perp__end_islands(world, changed);
 
-    PERP__THEN(status, perp__enclose(world, world->moving_bodies, world->moving_count, 0.0, 0.0));
-    if (status == PERP_OK && !world->awake_changed)
+    PERP__THEN(status,
+               perp__enclose(world, world->step.moving, world->step.moving_count, 0.0, 0.0));
+    if (status == PERP_OK && !world->sleep.awake_changed)
         depth = deepest(world);
     if (status != PERP_OK || depth == 0.0)
         return status;
     *changed = 1;
     perp__stop_all_coasting(world);
-    perp__place(world, world->next);
+    perp__place(world, world->step.next);
     /* neighbours that the correction could push into each other */
     status = perp__find_overlaps(world, LONGEST_WAY);
-    if (world->awake_changed) /* these may be of what is not on the list: the step begins anew */
+    if (world->sleep.awake_changed) /* some of what is not on the list: the step begins anew */
         return status;
-    PERP__THEN(status, perp__build_islands(world, &world->overlaps, 0));
+    PERP__THEN(status, perp__build_islands(world, &world->contacts.overlaps, 0));
     PERP__THEN(status, perp__fit_island_work(world));
-    for (int32_t i = 0; i < world->island_count && status == PERP_OK; i++) {
-        const perp__island *island = &world->islands[i];
+    for (int32_t i = 0; i < world->islands.count && status == PERP_OK; i++) {
+        const perp__island *island = &world->islands.all[i];
         const double lack = perp__island_errors(world, island);
         double opening = 0.0, most = 0.0; /* of its overlaps; how far a point may go */
 
@@ -297,16 +303,17 @@ perp_status perp__project_overlaps(perp_world *world, int32_t *changed)
 
 void perp__find_put(perp_world *world)
 {
-    const perp__contact_set *set = &world->contacts;
+    const perp__contact_set *set = &world->contacts.now;
 
     for (int32_t i = 0; i < 2 * set->count; i++) {
         const perp__world_contact *contact = &set->contacts[i / 2];
         const int32_t *body = set->flags[i / 2].body;
-        const int64_t put = world->states[body[i % 2]].put;
+        const int64_t put = world->bodies.states[body[i % 2]].put;
 
         if (perp__is_dynamic(world, body[i % 2]) &&
-            ((((put | world->states[body[1 - i % 2]].put) & PERP__PUT) && perp__is_deep(contact)) ||
+            ((((put | world->bodies.states[body[1 - i % 2]].put) & PERP__PUT) &&
+              perp__is_deep(contact)) ||
              ((put & PERP__PUT_INTO) && contact->gap < -0.5 * perp__deep_overlap(contact))))
-            world->roles[body[i % 2]].put = PERP__PUT_INTO;
+            world->step.roles[body[i % 2]].put = PERP__PUT_INTO;
     }
 }

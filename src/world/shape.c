@@ -61,28 +61,29 @@ void perp__remove_shapes(perp_world *world, int32_t body)
 {
     int32_t i;
 
-    while ((i = world->bodies[body].first_shape) >= 0) {
-        perp__shape *shape = &world->shapes[i];
+    while ((i = world->bodies.all[body].first_shape) >= 0) {
+        perp__shape *shape = &world->shapes.all[i];
 
         perp__forget_shape(world, i);
         perp__release(world->context, shape->geometry.hull);
         shape->geometry.hull = NULL;
         shape->alive = 0;
         shape->generation++;
-        shape->next_free = world->free_shape;
-        world->free_shape = i;
-        world->stats.shapes--;
+        shape->next_free = world->shapes.free;
+        world->shapes.free = i;
+        world->results.stats.shapes--;
     }
-    world->bodies[body].radius = 0.0;
-    world->bodies[body].shapes = 0;
+    world->bodies.all[body].radius = 0.0;
+    world->bodies.all[body].shapes = 0;
 }
 
 /* Puts `shape`, complete but for body and slot, on the body. */
 static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body body_id,
                                 const perp__shape *shape)
 {
-    const perp__growing arrays[] = {PERP__GROWING(world->tree.nodes, world->tree.used, 2),
-                                    PERP__GROWING(world->shapes, world->shape_slots, 1)};
+    const perp__growing arrays[] = {
+        PERP__GROWING(world->pairs.tree.nodes, world->pairs.tree.used, 2),
+        PERP__GROWING(world->shapes.all, world->shapes.slots, 1)};
     uint32_t generation = 1;
     int32_t slot, body;
     perp__shape *copy;
@@ -91,21 +92,21 @@ static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body bod
     if (status == PERP_OK && shape->geometry.kind == PERP__PLANE && perp__is_dynamic(world, body))
         status = perp__refuse(world->context,
                               "body is dynamic: a half-space may be on a static or kinematic body");
-    if (status == PERP_OK && world->free_shape < 0)
-        status = perp__grow(world->context, "another shape", &world->shape_capacity,
-                            (int64_t)world->shape_slots + 1, arrays, 2);
-    PERP__THEN(status, perp__add_shape_mass(world, &world->bodies[body], shape));
+    if (status == PERP_OK && world->shapes.free < 0)
+        status = perp__grow(world->context, "another shape", &world->shapes.capacity,
+                            (int64_t)world->shapes.slots + 1, arrays, 2);
+    PERP__THEN(status, perp__add_shape_mass(world, &world->bodies.all[body], shape));
     if (status != PERP_OK)
         return status;
-    world->weighed = 0;
-    slot = world->free_shape;
+    world->bodies.weighed = 0;
+    slot = world->shapes.free;
     if (slot >= 0) {
-        world->free_shape = world->shapes[slot].next_free;
-        generation = world->shapes[slot].generation;
+        world->shapes.free = world->shapes.all[slot].next_free;
+        generation = world->shapes.all[slot].generation;
     } else {
-        slot = world->shape_slots++;
+        slot = world->shapes.slots++;
     }
-    copy = &world->shapes[slot];
+    copy = &world->shapes.all[slot];
     *copy = *shape;
     copy->alive = 1;
     copy->body = body;
@@ -114,19 +115,19 @@ static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body bod
     /* on the lists of its body's, and of the half-spaces; its pairs come with the next step */
     copy->leaf = copy->first_link = -1;
     copy->mark = 0;
-    copy->next_of_body = world->bodies[body].first_shape;
-    world->bodies[body].first_shape = slot;
+    copy->next_of_body = world->bodies.all[body].first_shape;
+    world->bodies.all[body].first_shape = slot;
     perp__note_put(world, body);
     perp__disturb(world, body);
     if (copy->geometry.kind == PERP__PLANE) {
-        copy->next_plane = world->first_plane;
-        world->first_plane = slot;
-        world->planes_changed = 1;
+        copy->next_plane = world->pairs.first_plane;
+        world->pairs.first_plane = slot;
+        world->pairs.planes_changed = 1;
     }
-    world->bodies[body].shapes++;
-    if (copy->geometry.kind != PERP__PLANE && copy->reach > world->bodies[body].radius)
-        world->bodies[body].radius = copy->reach;
-    world->stats.shapes++;
+    world->bodies.all[body].shapes++;
+    if (copy->geometry.kind != PERP__PLANE && copy->reach > world->bodies.all[body].radius)
+        world->bodies.all[body].radius = copy->reach;
+    world->results.stats.shapes++;
     if (id)
         *id = perp__id(slot, generation);
     return PERP_OK;

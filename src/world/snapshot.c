@@ -9,11 +9,7 @@
 
 /* Tells which world the states belong to, and in which composition. */
 typedef struct snapshot_header {
-    uint64_t magic;
-    uint64_t world;
-    uint64_t edition;
-    uint64_t slots;
-    uint64_t memories;
+    uint64_t magic, world, edition, slots, memories;
 } snapshot_header;
 
 static snapshot_header header_of(const perp_world *world)
@@ -22,26 +18,27 @@ static snapshot_header header_of(const perp_world *world)
 
     header.magic = SNAPSHOT_MAGIC;
     header.world = (uint64_t)(uintptr_t)world;
-    header.edition = world->edition;
-    header.slots = (uint64_t)world->body_slots;
-    header.memories = (uint64_t)(world->memory_count + world->sleeping_count - world->orphan_count);
+    header.edition = world->bodies.edition;
+    header.slots = (uint64_t)world->bodies.slots;
+    header.memories =
+        (uint64_t)(world->memory.count + world->sleep.contact_count - world->sleep.orphan_count);
     return header;
 }
 
 static size_t states_size(const perp_world *world)
 {
-    return (size_t)world->body_slots * sizeof *world->states;
+    return (size_t)world->bodies.slots * sizeof *world->bodies.states;
 }
 
 static size_t joints_size(const perp_world *world)
 {
-    return (size_t)world->joint_slots * sizeof *world->joint_states;
+    return (size_t)world->joints.slots * sizeof *world->joints.states;
 }
 
 static size_t snapshot_size(const perp_world *world, uint64_t memories)
 {
     return sizeof(snapshot_header) + states_size(world) + joints_size(world) +
-           (size_t)memories * sizeof *world->memories;
+           (size_t)memories * sizeof *world->memory.all;
 }
 
 static perp_status check_size(const perp_world *world, size_t size, size_t expected)
@@ -71,22 +68,22 @@ size_t perp__snapshot_bytes(const perp_world *world)
 void perp__snapshot_write(const perp_world *world, char *blob)
 {
     const snapshot_header header = header_of(world);
-    const size_t memories = (size_t)world->memory_count * sizeof *world->memories;
+    const size_t memories = (size_t)world->memory.count * sizeof *world->memory.all;
 
     memcpy(blob, &header, sizeof header);
-    memcpy(blob + sizeof header, world->states, states_size(world));
+    memcpy(blob + sizeof header, world->bodies.states, states_size(world));
     blob += sizeof header + states_size(world);
-    if (world->joint_slots > 0)
-        memcpy(blob, world->joint_states, joints_size(world));
+    if (world->joints.slots > 0)
+        memcpy(blob, world->joints.states, joints_size(world));
     blob += joints_size(world);
     if (memories > 0)
-        memcpy(blob, world->memories, memories);
+        memcpy(blob, world->memory.all, memories);
     blob += memories;
-    for (int32_t i = 0; i < world->pair_slots; i++)
-        for (int32_t k = world->pairs[i].first_sleeping; world->pairs[i].first >= 0 && k >= 0;
-             k = world->sleeping[k].next) {
-            memcpy(blob, &world->sleeping[k].memory, sizeof *world->memories);
-            blob += sizeof *world->memories;
+    for (int32_t i = 0; i < world->pairs.slots; i++)
+        for (int32_t k = world->pairs.all[i].first_sleeping;
+             world->pairs.all[i].first >= 0 && k >= 0; k = world->sleep.contacts[k].next) {
+            memcpy(blob, &world->sleep.contacts[k].memory, sizeof *world->memory.all);
+            blob += sizeof *world->memory.all;
         }
 }
 
@@ -115,18 +112,18 @@ perp_status perp__snapshot_read(perp_world *world, const char *blob)
     if (status != PERP_OK)
         return status;
     blob += sizeof header;
-    memcpy(world->states, blob, states_size(world));
+    memcpy(world->bodies.states, blob, states_size(world));
     blob += states_size(world);
-    if (world->joint_slots > 0)
-        memcpy(world->joint_states, blob, joints_size(world));
+    if (world->joints.slots > 0)
+        memcpy(world->joints.states, blob, joints_size(world));
     blob += joints_size(world);
     if (header.memories > 0)
-        memcpy(world->memories, blob, (size_t)header.memories * sizeof *world->memories);
-    world->memory_count = (int32_t)header.memories;
-    world->memories_restored = 1;
+        memcpy(world->memory.all, blob, (size_t)header.memories * sizeof *world->memory.all);
+    world->memory.count = (int32_t)header.memories;
+    world->memory.restored = 1;
     perp__rouse_all(world);
     perp__forget_naps(world);
-    world->planes_changed = world->some_put = 1;
+    world->pairs.planes_changed = world->sleep.some_put = 1;
     return PERP_OK;
 }
 

@@ -43,11 +43,11 @@ static perp_status check_loads(const question *q)
 static void add_forces(const question *q, int32_t body, double *wrench, double *load)
 {
     const perp_world *world = q->world;
-    const double mass = world->bodies[body].mass;
+    const double mass = world->bodies.all[body].mass;
 
     for (int32_t k = 0; k < 3; k++) {
-        wrench[k] = mass * world->settings.gravity[k] + world->states[body].force[k];
-        wrench[3 + k] = world->states[body].torque[k];
+        wrench[k] = mass * world->settings.gravity[k] + world->bodies.states[body].force[k];
+        wrench[3 + k] = world->bodies.states[body].torque[k];
     }
     memset(load, 0, 6 * sizeof *load);
     for (int32_t i = 0; i < q->load_count; i++) {
@@ -64,7 +64,7 @@ static void add_forces(const question *q, int32_t body, double *wrench, double *
 static void write_forces(const question *q, const perp__island *island)
 {
     perp_world *world = q->world;
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     const int32_t n = world->dof;
 
     for (int32_t i = 0; i < island->bodies; i++) {
@@ -81,10 +81,10 @@ static void write_forces(const question *q, const perp__island *island)
     }
 }
 
-static void write_contacts(question *q, const perp__island *island, int32_t stands)
+static void write_contacts(question *q, const perp__island *island, bool stands)
 {
     perp_world *world = q->world;
-    const perp__island_work *work = &world->work;
+    const perp__island_work *work = &world->solve.work;
 
     for (int32_t i = 0; i < work->count; i++) {
         const perp__statics_unit *unit = &work->stand_units[i];
@@ -94,8 +94,9 @@ static void write_contacts(question *q, const perp__island *island, int32_t stan
             continue;
         if (q->count++ >= q->capacity)
             continue;
-        perp__write_record(&world->contacts,
-                           world->contact_order[island->first_contact + work->chosen[i]], &record);
+        perp__write_record(&world->contacts.now,
+                           world->islands.contact_order[island->first_contact + work->chosen[i]],
+                           &record);
         memset(record.impulse, 0, sizeof record.impulse);
         memset(record.velocity, 0, sizeof record.velocity);
         for (int32_t k = 0; k < unit->rows && stands; k++)
@@ -110,7 +111,7 @@ static void write_velocities(const question *q, const perp__island *island, cons
     const perp_world *world = q->world;
 
     for (int32_t i = 0; i < island->bodies && q->velocities; i++) {
-        const int32_t body = world->work.members[i];
+        const int32_t body = world->solve.work.members[i];
         const double length = perp__body_length(world, body);
         double *twist = q->velocities + 6 * body;
 
@@ -139,7 +140,7 @@ static void take_in(question *q, const perp__statics_answer *answer)
 static perp_status decide(question *q, const perp__island *island)
 {
     perp_world *world = q->world;
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     perp__statics_aim aim = q->aim;
     perp__statics_answer answer = {0};
     perp__statics *statics;
@@ -206,35 +207,36 @@ static perp_status ask(question *q)
     perp_status status;
 
     /* 1. Contacts of a step in which nothing gets far, and islands, without the step. */
-    for (int32_t i = 0; i < world->body_slots; i++) {
-        const double length = world->bodies[i].radius;
+    for (int32_t i = 0; i < world->bodies.slots; i++) {
+        const double length = world->bodies.all[i].radius;
         double wrench[6], load[6], force;
 
-        if (!world->bodies[i].alive || !perp__is_dynamic(world, i))
+        if (!world->bodies.all[i].alive || !perp__is_dynamic(world, i))
             continue;
         add_forces(q, i, wrench, load);
         force = perp__length3(wrench) + perp__length3(load);
         if (force > 0.0 && length > 0.0)
-            least = fmin(least, sqrt(length * world->bodies[i].mass / force));
+            least = fmin(least, sqrt(length * world->bodies.all[i].mass / force));
     }
     q->h = least < INFINITY ? sqrt(PERP__NEGLIGIBLE) * least : 1.0;
     perp__rouse_all(world);
     perp__open_budget(world);
     do
         status = perp__find_step_contacts(world, q->h, &summary);
-    while (status == PERP_OK && world->awake_changed);
-    PERP__THEN(status, perp__build_islands(world, &world->contacts, 0));
+    while (status == PERP_OK && world->sleep.awake_changed);
+    PERP__THEN(status, perp__build_islands(world, &world->contacts.now, 0));
     PERP__THEN(status, perp__fit_island_work(world));
     if (status != PERP_OK)
         return status;
     /* 2. The decisions. */
     q->copy.margin = q->copy.safety = INFINITY;
     if (q->velocities)
-        memset(q->velocities, 0, 6 * (size_t)world->body_slots * sizeof *q->velocities);
-    for (int32_t i = 0; i < world->island_count && status == PERP_OK; i++)
-        status = decide(q, &world->islands[i]);
-    for (int32_t i = 0; i < world->body_slots && status == PERP_OK; i++)
-        if (world->bodies[i].alive && perp__is_dynamic(world, i) && world->roles[i].island < 0)
+        memset(q->velocities, 0, 6 * (size_t)world->bodies.slots * sizeof *q->velocities);
+    for (int32_t i = 0; i < world->islands.count && status == PERP_OK; i++)
+        status = decide(q, &world->islands.all[i]);
+    for (int32_t i = 0; i < world->bodies.slots && status == PERP_OK; i++)
+        if (world->bodies.all[i].alive && perp__is_dynamic(world, i) &&
+            world->step.roles[i].island < 0)
             let_fall(q, i);
     if (!q->any)
         q->copy.margin = 1.0; /* nothing that could fall */

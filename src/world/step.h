@@ -24,15 +24,15 @@ void perp__rotation_of(const perp_world *world, const perp__state *state, double
 /* Places a shape; a body or all awake bodies, with their shapes. turned: it may have turned since
  * it was placed last. */
 void perp__place_shape(const perp__shape *shape, const double *position, const double *R,
-                       int32_t turned, perp__placed *placed);
-void perp__place_body(perp_world *world, const perp__state *states, int32_t body, int32_t turned);
+                       bool turned, perp__placed *placed);
+void perp__place_body(perp_world *world, const perp__state *states, int32_t body, bool turned);
 /* Places the body where the step begins, unless it is there already. */
 void perp__keep_placed(perp_world *world, int32_t body);
 void perp__place(perp_world *world, const perp__state *states);
 /* The twist that forces would give a body, if its inertia is that of a ball; else the velocity. */
 void perp__push_freely(const perp_world *world, int32_t body, double h, double *free);
 /* A body in place, moving as if nothing touched it. Returns 0 where its numbers are not finite. */
-int32_t perp__start_motion(perp_world *world, int32_t body, double h);
+bool perp__start_motion(perp_world *world, int32_t body, double h);
 /* One step of Euler's equations in the body frame by the implicit midpoint rule: w to w_next. */
 void perp__euler_step(const perp__body *body, double h, const double *w, const double *torque,
                       double *w_next);
@@ -43,7 +43,7 @@ void perp__rouse(perp_world *world, int32_t body);
 void perp__rouse_all(perp_world *world);
 /* The body is changed or removed: it wakes, and so does what is near it. */
 void perp__disturb(perp_world *world, int32_t body);
-/* Brings world->awake up to date after bodies were woken or removed. */
+/* Brings world->sleep.awake up to date after bodies were woken or removed. */
 void perp__list_awake(perp_world *world);
 /* After a step: bodies that repeated their state fall asleep. */
 void perp__fall_asleep(perp_world *world);
@@ -61,7 +61,7 @@ int32_t perp__integrate(perp_world *world, double h);
 /* The same for a body with the inertia of a ball that nothing is near and that stays in its fat
  * boxes: it gets its next state at once, and the phases skip it as long as it coasts. Returns 0
  * where that is not so. */
-int32_t perp__glide(perp_world *world, int32_t body, double h);
+bool perp__glide(perp_world *world, int32_t body, double h);
 /* Ends that, and takes the step back: of one body, of all. */
 void perp__stop_coasting(perp_world *world, int32_t body);
 void perp__stop_all_coasting(perp_world *world);
@@ -83,8 +83,8 @@ double perp__work_needed(const perp_world *world, int32_t body, const double *sh
 /* A caller put the body where it is, or changed what it touches: until a step of it awake. */
 static inline void perp__note_put(perp_world *world, int32_t body)
 {
-    world->states[body].put |= PERP__PUT;
-    world->some_put = 1;
+    world->bodies.states[body].put |= PERP__PUT;
+    world->sleep.some_put = 1;
     perp__rouse(world, body);
 }
 /* When the step's contacts are known: which bodies callers put deep into others, and are not apart
@@ -102,11 +102,11 @@ perp_status perp__snapshot_read(perp_world *world, const char *blob);
 perp_status perp__advance_world(perp_world *world, perp_step_result *result, double dt);
 
 /* step.c: the contacts of a step of length h and the velocities that meet them, as a step has them
- * before it goes on; again where world->awake_changed. */
+ * before it goes on; again where world->sleep.awake_changed. */
 perp_status perp__find_step_contacts(perp_world *world, double h,
                                      struct perp__solve_summary *summary);
-/* One step, within the budget that is open. Where world->divides and the step would be rough there
- * is none, and world->rough is set. */
+/* One step, within the budget that is open. Where world->step.divides and the step would be rough
+ * there is none, and world->step.rough is set. */
 perp_status perp__step(perp_world *world, perp_step_result *result, double h);
 
 #endif

@@ -30,9 +30,9 @@ perp_status perp__find_body(const perp_world *world, int32_t *slot, perp_body id
 
     if (id == 0)
         return perp__fail(world->context, PERP_ERROR_HANDLE, "body is 0, the null id");
-    if (number == 0 || number > (uint64_t)world->body_slots)
+    if (number == 0 || number > (uint64_t)world->bodies.slots)
         return perp__fail(world->context, PERP_ERROR_HANDLE, "body is not a body of this world");
-    body = &world->bodies[number - 1];
+    body = &world->bodies.all[number - 1];
     if (!body->alive || body->generation != id >> 32)
         return perp__fail(world->context, PERP_ERROR_HANDLE, "body was removed from this world");
     *slot = (int32_t)(number - 1);
@@ -89,23 +89,24 @@ static void release(void *object)
 {
     perp_world *world = object;
     perp_context *context = world->context;
-    perp__arena *const arenas[] = {&world->body_arena, &world->order_arena, &world->island_arena};
+    perp__arena *const arenas[] = {&world->step.arena, &world->islands.arena, &world->solve.arena};
     void *const arrays[] = {
-        world->standing,      world->bodies,      world->states,       world->clusters,
-        world->shapes,        world->joints,      world->joint_states, world->tree.nodes,
-        world->pairs,         world->pair_order,  world->met_pairs,    world->memories,
-        world->next_memories, world->begun.bytes, world->tried.bytes,  world->whole.bytes,
-        world->records,       world->awake,       world->naps,         world->sleeping};
-    const perp__contact_set *const sets[] = {&world->contacts, &world->overlaps, &world->last};
+        world->solve.standing,  world->bodies.all,  world->bodies.states, world->bodies.clusters,
+        world->shapes.all,      world->joints.all,  world->joints.states, world->pairs.tree.nodes,
+        world->pairs.all,       world->pairs.order, world->pairs.met,     world->memory.all,
+        world->memory.next,     world->begun.bytes, world->tried.bytes,   world->whole.bytes,
+        world->results.records, world->sleep.awake, world->sleep.naps,    world->sleep.contacts};
+    const perp__contact_set *const sets[] = {&world->contacts.now, &world->contacts.overlaps,
+                                             &world->contacts.last};
 
     perp__release_lanes(world);
     perp__release_batch(world);
-    for (int32_t i = 0; i < world->shape_slots; i++)
-        perp__release(context, world->shapes[i].geometry.hull);
-    perp__handle_end(world->solver);
-    if (world->standing)
-        perp__standing_release(world->standing);
-    perp__coloured_release(&world->coloured);
+    for (int32_t i = 0; i < world->shapes.slots; i++)
+        perp__release(context, world->shapes.all[i].geometry.hull);
+    perp__handle_end(world->solve.solver);
+    if (world->solve.standing)
+        perp__standing_release(world->solve.standing);
+    perp__coloured_release(&world->solve.coloured);
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         perp__release(context, arrays[k]);
     for (size_t k = 0; k < sizeof sets / sizeof *sets; k++) {
@@ -144,15 +145,17 @@ static perp_status create(perp_context *context, perp_world **world,
     if (!made)
         return PERP_ERROR_MEMORY;
     made->settings = settings;
-    made->free_body = made->free_shape = made->free_joint = made->free_pair = -1;
-    made->free_nap = made->free_sleeping = made->first_orphan = made->first_plane = -1;
-    perp__tree_init(&made->tree);
+    made->bodies.free = made->shapes.free = made->joints.free = made->pairs.free = -1;
+    made->sleep.free_nap = made->sleep.free_contact = made->sleep.first_orphan =
+        made->pairs.first_plane = -1;
+    perp__tree_init(&made->pairs.tree);
     made->dof = made->settings.planar ? 3 : 6;
-    perp__coloured_init(&made->coloured, context);
-    status = perp__contact_create(context, &made->solver, NULL);
+    perp__coloured_init(&made->solve.coloured, context);
+    status = perp__contact_create(context, &made->solve.solver, NULL);
     if (status == PERP_OK) {
-        made->standing = perp__allocate_zeros(context, 1, sizeof *made->standing, "the islands");
-        status = made->standing ? PERP_OK : PERP_ERROR_MEMORY;
+        made->solve.standing =
+            perp__allocate_zeros(context, 1, sizeof *made->solve.standing, "the islands");
+        status = made->solve.standing ? PERP_OK : PERP_ERROR_MEMORY;
     }
     PERP__THEN(status, perp__create_lanes(made));
     ground_settings.kind = PERP_BODY_STATIC;
@@ -177,14 +180,15 @@ void perp_world_destroy(perp_world *world)
 
 perp_body perp_world_ground(const perp_world *world)
 {
-    return perp__handle_is(world, &kind) ? perp__id(0, world->bodies[0].generation) : 0;
+    return perp__handle_is(world, &kind) ? perp__id(0, world->bodies.all[0].generation) : 0;
 }
 
 int32_t perp_world_contact_count(const perp_world *world)
 {
     if (!perp__handle_is(world, &kind))
         return 0;
-    return world->recorded ? world->record_count : world->sleeping_included + world->last_included;
+    return world->results.recorded ? world->results.record_count
+                                   : world->sleep.included + world->contacts.last_included;
 }
 
 static perp_status get_contact(perp_world *world, perp_world_contact *contact, int32_t index)
@@ -194,10 +198,10 @@ static perp_status get_contact(perp_world *world, perp_world_contact *contact, i
     PERP__THEN(status, perp__write_records(world));
     if (status != PERP_OK)
         return status;
-    if (index < 0 || index >= world->record_count)
+    if (index < 0 || index >= world->results.record_count)
         return perp__refuse(world->context, "index is %d, the last step had %d contacts",
-                            (int)index, (int)world->record_count);
-    perp__struct_write(contact, &world->records[index], sizeof world->records[index]);
+                            (int)index, (int)world->results.record_count);
+    perp__struct_write(contact, &world->results.records[index], sizeof *contact);
     return PERP_OK;
 }
 
@@ -215,7 +219,7 @@ perp_status perp_world_get_stats(const perp_world *world, perp_world_stats *stat
         return status;
     status = PERP__CHECK(perp_world_stats, world->context, stats);
     if (status == PERP_OK)
-        perp__struct_write(stats, &world->stats, sizeof world->stats);
+        perp__struct_write(stats, &world->results.stats, sizeof world->results.stats);
     return perp__leave(world->context, status);
 }
 

@@ -29,10 +29,7 @@ typedef struct perp__state {
     double position[3];
     double orientation[4]; /* three dimensions */
     double angle;          /* planar */
-    double velocity[3];
-    double angular_velocity[3];
-    double force[3];
-    double torque[3];
+    double velocity[3], angular_velocity[3], force[3], torque[3];
     int64_t put;   /* PERP__PUT, PERP__PUT_INTO; 0: neither */
     double led[6]; /* of a kinematic body: the twist that it had in the last step */
 } perp__state;
@@ -40,29 +37,24 @@ typedef struct perp__state {
 /* What does not change in time. */
 typedef struct perp__body {
     uint32_t generation;
-    int32_t alive;
-    int32_t kind;
+    int32_t alive, kind;
     int32_t spherical;   /* inertia is a multiple of the identity: no gyroscopic term */
     double inverse_mass; /* 0 unless dynamic, as the matrices below */
     double radius;       /* of the sphere about the mass centre that holds the bounded shapes */
     int32_t first_joint; /* of its list, see perp__joint.next */
     int32_t first_shape; /* list of the shapes; -1: none */
-    int32_t shapes;
-    int32_t next_free;
+    int32_t shapes, next_free;
     /* rest.c */
-    int32_t awake; /* is in world->awake */
+    int32_t awake; /* is in world->sleep.awake */
     int32_t nap;   /* of a dynamic body that is asleep; -1: none */
     int32_t next_member;
-    double mass;
-    double inertia[9];
-    double inverse_inertia[9];
+    double mass, inertia[9], inverse_inertia[9];
     double factor[9];         /* C with inverse_inertia = C C' */
     double inverse_factor[9]; /* C^-1 */
     double given_mass;        /* of the settings; 0, inertia too: from the shapes */
     double given_inertia[9];
     double shape_mass; /* sum over the shapes; moments about the body's origin */
-    double shape_moment[3];
-    double shape_inertia[9];
+    double shape_moment[3], shape_inertia[9];
 } perp__body;
 
 /* Two shapes whose fat boxes overlap. Fields that every step reads of all pairs come first. */
@@ -73,7 +65,7 @@ typedef struct perp__pair {
     int32_t previous[2];
     int32_t body[2]; /* of the shapes */
     int8_t plane;    /* one is a half-space */
-    int8_t listed;   /* is in world->pair_order, unless that is to be made anew */
+    int8_t listed;   /* is in world->pairs.order, unless that is to be made anew */
     int8_t open;     /* the shapes do not touch plainly at the start of the step */
     int8_t joined;   /* rounds of this step in which points were added */
     int8_t made;     /* number of points at the start, PERP__MAX_POINTS at most */
@@ -100,9 +92,7 @@ typedef struct perp__memory {
     int32_t first; /* the shapes' slots */
     int32_t second;
     uint64_t feature;
-    double normal[3];
-    double position[3];
-    double impulse[3];
+    double normal[3], position[3], impulse[3];
     double base[3]; /* of an island at rest: the impulse that statics found */
 } perp__memory;
 
@@ -118,11 +108,7 @@ typedef struct perp__sleeping_contact {
 /* Bodies that fell asleep together, and the results of their last step. */
 typedef struct perp__nap {
     int32_t first; /* member; -1: free */
-    int32_t last;
-    int32_t next_free;
-    int32_t islands;
-    int32_t solved;
-    int32_t contacts;
+    int32_t last, next_free, islands, solved, contacts;
     int32_t tangents; /* rows of friction */
     int32_t rounded;  /* an island's outcome was rounding_limit */
     double residual;
@@ -130,14 +116,8 @@ typedef struct perp__nap {
 
 typedef struct perp__shape {
     uint32_t generation;
-    int32_t alive;
-    int32_t next_free;
-    int32_t body;
-    double friction;
-    double restitution;
-    double density;
-    double offset[3];
-    double rotation[9];
+    int32_t alive, next_free, body;
+    double friction, restitution, density, offset[3], rotation[9];
     double radius;    /* of the sphere about the shape's centre; 0 for a half-space */
     double reach;     /* of its points, from the mass centre; 0 for a half-space */
     double thickness; /* half of its least width; INFINITY for half-spaces and points */
@@ -190,8 +170,8 @@ typedef struct perp__role {
 
 /* A body within the step. Twists are (velocity, angular velocity), world frame. */
 typedef struct perp__motion {
-    uint64_t coasts;  /* world->coasting if it coasts: it is in its next state already */
-    uint64_t placed;  /* world->coasting when its shapes were placed last */
+    uint64_t coasts;  /* world->step.coasting if it coasts: it is in its next state already */
+    uint64_t placed;  /* world->step.coasting when its shapes were placed last */
     int32_t enclosed; /* its shapes stay in their fat boxes */
     int32_t carrier;  /* number within the island, of a kinematic body; -1: of none */
     double spare;     /* gap for pairs with half-spaces: perp__pair.spare */
@@ -222,13 +202,8 @@ typedef struct perp__world_contact {
     double axes[3][3];  /* normal, tangent 1, tangent 2 */
     double rounding;    /* gaps below this are not told apart from 0 */
     double size;        /* of the two bodies */
-    double friction;
-    double restitution;
-    int32_t body_a;
-    int32_t body_b;
-    int32_t shape_a;
-    int32_t shape_b;
-    int32_t pair;
+    double friction, restitution;
+    int32_t body_a, body_b, shape_a, shape_b, pair;
     int32_t round;           /* in which it was found */
     uint32_t generations[4]; /* of bodies and shapes */
 } perp__world_contact;
@@ -238,8 +213,7 @@ typedef struct perp__response {
     double remembered[3]; /* impulse of the last step, along the axes; */
     double warm[3];       /* and the one to start from */
     double next[3];       /* for the next step to start from */
-    double impulse[3];
-    double velocity[3];
+    double impulse[3], velocity[3];
     double base[3]; /* perp__memory */
     int32_t mode;   /* PERP_CONTACT_... */
     int32_t later;  /* next in the pair's list `late`; -1: none */
@@ -267,8 +241,7 @@ typedef struct perp__contact_set {
     int32_t included; /* how many are included, */
     int32_t rubbing;  /* of them, with friction, */
     int32_t early;    /* and how many were found in the first round */
-    int32_t count;
-    int32_t capacity;
+    int32_t count, capacity;
 } perp__contact_set;
 
 typedef struct perp__island {
@@ -333,120 +306,132 @@ typedef struct perp__budget {
     int32_t contacts;   /* of the islands that are still to be solved */
 } perp__budget;
 
+/* The parts of a world. First the bodies, by slot: lists of free slots end with -1. */
+typedef struct perp__world_bodies {
+    perp__body *all;
+    perp__state *states;
+    int32_t *clusters; /* bodies joined by fixed joints: a forest (base/groups.h) */
+    int32_t slots, capacity, free;
+    int32_t weighed;  /* mass centres were checked since the last shape was added */
+    uint64_t edition; /* counts bodies and joints added and removed */
+} perp__world_bodies;
+
+typedef struct perp__world_shapes {
+    perp__shape *all;
+    int32_t slots, capacity, free;
+} perp__world_shapes;
+
+/* Broad phase: the pairs whose fat boxes overlap. */
+typedef struct perp__world_pairs {
+    perp__tree tree; /* of the shapes' fat boxes */
+    int32_t first_plane, planes_changed, mark;
+    perp__pair *all;
+    int32_t slots, capacity, free, count; /* count: of what is awake */
+    perp__keyed *order;                   /* these, by their shapes; as much again for sorting */
+    int32_t added;                        /* count since the last sort, in the second half; */
+    int32_t changed;                      /* some pair ended; 2: all may have changed */
+    int32_t *met;                         /* pairs that meet in the round at hand */
+} perp__world_pairs;
+
+/* Sets of contacts. */
+typedef struct perp__world_contacts {
+    perp__contact_set now;         /* of the step */
+    perp__contact_set last;        /* of the last step that advanced */
+    perp__contact_set overlaps;    /* of the projection */
+    int32_t last_included, rounds; /* rounds of looking for contacts in this step */
+} perp__world_contacts;
+
+/* Impulses of the last step, pair by pair, from which the next one starts. */
+typedef struct perp__world_memory {
+    perp__memory *all, *next;
+    int32_t count, capacity, restored; /* restored: from a snapshot, not yet of pairs */
+} perp__world_memory;
+
+/* What is awake, and what fell asleep: rest.c. */
+typedef struct perp__world_sleep {
+    int32_t *awake, *awake_shapes; /* bodies in order, then those woken since; their shapes */
+    int32_t awake_count, roused_count, awake_changed, awake_shape_count;
+    int32_t some_put; /* some body is PERP__PUT, or _INTO others */
+    int32_t settled;  /* bodies that ended the last step as they began it */
+    perp__nap *naps;
+    int32_t nap_slots, nap_capacity, free_nap, residual_changed;
+    perp__nap asleep; /* all of them together */
+    perp__sleeping_contact *contacts;
+    int32_t contact_slots, kept_capacity, free_contact, contact_count, included;
+    int32_t first_orphan, orphan_count; /* contacts of ended pairs */
+} perp__world_sleep;
+
+/* The bodies within the step, in memory of its own. */
+typedef struct perp__world_step {
+    perp__arena arena;
+    int32_t fitted_bodies, fitted_shapes; /* sizes that the arena has room for */
+    perp__state *next;                    /* of what coasts: the state before the step */
+    perp__motion *motions;
+    perp__role *roles;
+    perp__placed *placed;
+    int32_t *moving, moving_count; /* awake bodies that do not coast */
+    int32_t *moved;                /* bodies: the last round in which the motion changed */
+    uint64_t coasting;             /* number of the step: motions with it in `coasts` coast */
+    int32_t divides;  /* > 0: the step is one of so many parts; a rough one is given up */
+    int32_t rough;    /* the last step was rough: perp__is_rough */
+    int32_t sketches; /* solves only find what meets; exact solves follow */
+    int32_t untimed;  /* steps since one was timed */
+    double length;    /* of the last step */
+    double scaled;    /* largest residual of swept islands whose impulses were cut for energy */
+    perp__budget budget;
+} perp__world_step;
+
+/* The islands of the step: ranges of the three orders. */
+typedef struct perp__world_islands {
+    perp__island *all;
+    int32_t count;
+    const perp__contact_set *set; /* the set that their contacts are in */
+    int32_t *parent, *body_order, *contact_order, *joint_order;
+    perp__arena arena;
+    size_t fitted[3];
+} perp__world_islands;
+
+/* What solves an island: each thread has its own. */
+typedef struct perp__world_solve {
+    perp__arena arena;
+    perp__island_work work;
+    perp_contact_solver *solver;
+    perp__coloured coloured;
+    struct perp__standing *standing; /* islands/islands.h */
+    struct perp__batch *batch;       /* islands/lanes.h */
+} perp__world_solve;
+
+/* What the last step answered. */
+typedef struct perp__world_results {
+    perp_world_contact *records; /* of the last step, when they were asked for */
+    int32_t record_count, record_capacity, recorded; /* recorded: they are up to date */
+    perp_world_stats stats;
+} perp__world_results;
+
 struct perp_world {
     PERP__HANDLE;
     perp_world_settings settings;
     int32_t dof; /* coordinates of a body: 6, those of a twist; planar 3, its numbers 0, 1 and 5 */
-
-    perp__body *bodies;
-    perp__state *states;
-    int32_t *clusters; /* bodies joined by fixed joints: a forest (base/groups.h) */
-    int32_t *awake;    /* bodies: in order, then those woken since */
-    int32_t awake_count;
-    int32_t roused_count;
-    int32_t awake_changed;
-    int32_t awake_shape_count;
-    int32_t body_slots;
-    int32_t body_capacity;
-    int32_t free_body; /* list of free slots, -1 at its end */
-    perp__shape *shapes;
-    int32_t shape_slots;
-    int32_t shape_capacity;
-    int32_t free_shape;
-    perp__joint *joints;
-    perp__joint_state *joint_states;
-    int32_t joint_slots;
-    int32_t joint_capacity;
-    int32_t free_joint;
-    int32_t joint_count;
-    int32_t divides;  /* > 0: the step is one of so many parts; a rough one is given up */
-    int32_t rough;    /* the last step was rough: perp__is_rough */
-    uint64_t edition; /* counts bodies and joints added and removed */
-    int32_t weighed;  /* mass centres were checked since the last shape was added */
-
-    /* the step's own memory, by size */
-    perp__arena body_arena;
-    perp__state *next; /* of what coasts: the state before the step */
-    perp__motion *motions;
-    perp__role *roles;
-    int32_t *moving_bodies; /* awake bodies that do not coast */
-    int32_t moving_count;
-    uint64_t coasting; /* number of the step: motions with it in `coasts` coast */
-    int32_t *parent;
-    int32_t *moved; /* bodies: the last round in which the motion changed */
-    int32_t *body_order;
-    perp__island *islands;
-    int32_t fitted_bodies, fitted_shapes; /* sizes that body_arena has room for */
-    perp__placed *placed;
-    int32_t *awake_shapes;
-    perp__arena order_arena;
-    size_t fitted_order[3];
-    int32_t *contact_order;
-    int32_t *joint_order;
-    perp__arena island_arena;
-    perp__island_work work;
-    perp__tree tree; /* of the shapes' fat boxes */
-    int32_t first_plane;
-    int32_t planes_changed;
-    int32_t mark;
-    perp__pair *pairs;
-    int32_t pair_slots;
-    int32_t pair_capacity;
-    int32_t free_pair;
-    int32_t pair_count;      /* of what is awake */
-    perp__keyed *pair_order; /* these, by their shapes; as much again for sorting */
-    int32_t pairs_added;     /* count since the last sort, in the second half; */
-    int32_t pairs_changed;   /* some pair ended; 2: all may have changed */
-    int32_t *met_pairs;      /* pairs that meet in the round at hand */
-    perp__memory *memories;  /* pair by pair */
-    perp__memory *next_memories;
-    int32_t memory_count;
-    int32_t memory_capacity;
-    int32_t memories_restored; /* from a snapshot, and not assigned to pairs yet */
-    int32_t rounds;            /* of looking for contacts in this step */
-    int32_t sketches;          /* solves only find what meets; exact solves follow */
-    int32_t island_count;
-    const perp__contact_set *island_set; /* the set that their contacts are in */
-    perp__contact_set contacts;          /* of the step */
-    perp__contact_set last;              /* of the last step that advanced */
-    int32_t last_included;
-    int32_t some_put;           /* some body is PERP__PUT, or _INTO others */
-    int32_t settled;            /* bodies that ended the last step as they began it */
-    perp__contact_set overlaps; /* of the projection */
-    perp_contact_solver *solver;
-    perp__coloured coloured;
-    perp__budget budget;
-    struct perp__standing *standing; /* islands/islands.h */
-    struct perp__batch *batch;       /* islands/lanes.h */
-    struct perp__tasks *tasks;       /* lanes.h; NULL: all on the caller's thread */
+    perp__world_bodies bodies;
+    perp__world_shapes shapes;
+    perp__world_joints joints;
+    perp__world_pairs pairs;
+    perp__world_contacts contacts;
+    perp__world_memory memory;
+    perp__world_sleep sleep;
+    perp__world_step step;
+    perp__world_islands islands;
+    perp__world_solve solve;
+    struct perp__tasks *tasks; /* lanes.h; NULL: all on the caller's thread */
     struct perp__lane *lanes;
     int32_t lane_count;
-
-    /* rest.c */
-    double step_length; /* of the last step */
-    double scaled;      /* largest residual of swept islands whose impulses were cut for energy */
-    int32_t untimed;    /* steps since one was timed */
-    perp__nap *naps;
-    int32_t nap_slots, nap_capacity, free_nap;
-    perp__nap asleep; /* all of them together */
-    int32_t residual_changed;
-    perp__sleeping_contact *sleeping;
-    int32_t sleeping_slots, kept_capacity, free_sleeping;
-    int32_t sleeping_count, sleeping_included;
-    int32_t first_orphan, orphan_count; /* sleeping contacts of ended pairs */
-
-    perp__saved_state begun, tried; /* adaptive.c: before the call, before the step tried; */
-    perp__saved_state whole;        /* the states after that step in one piece */
-    perp_world_contact *records;    /* of the last step, when they were asked for */
-    int32_t record_count;
-    int32_t record_capacity;
-    int32_t recorded; /* they are up to date */
-    perp_world_stats stats;
+    perp__saved_state begun, tried, whole; /* adaptive.c: before the call, a step; after it */
+    perp__world_results results;
 };
 
-static inline int32_t perp__is_dynamic(const perp_world *world, int32_t body)
+static inline bool perp__is_dynamic(const perp_world *world, int32_t body)
 {
-    return world->bodies[body].kind == PERP_BODY_DYNAMIC;
+    return world->bodies.all[body].kind == PERP_BODY_DYNAMIC;
 }
 
 /* Opens a public call on a world: PERP_ERROR_HANDLE for what is none. perp__leave closes it. */

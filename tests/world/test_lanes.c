@@ -282,7 +282,7 @@ static void compare_piles(int32_t accuracy)
 
     for (int32_t w = 0; w < PILES; w++) {
         open_way(&s[w], &l, &piles[w], &calls[w], 0, accuracy);
-        s[w].world->coloured.shared_from = 0; /* by a caller's tasks too, small as it is */
+        s[w].world->solve.coloured.shared_from = 0; /* by a caller's tasks too, small as it is */
         pile_up(&s[w], 9, 0, BASE);
     }
     for (int32_t k = 0; k < PILE_STEPS; k++)

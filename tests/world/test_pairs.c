@@ -52,7 +52,7 @@ static int has_pair(const perp_world *world, int32_t a, int32_t b)
 {
     int32_t i, found = 0;
 
-    for (i = 0; i < world->pair_count; i++) {
+    for (i = 0; i < world->pairs.count; i++) {
         const perp__pair *pair = perp__ordered_pair(world, i);
 
         found += pair->first == a && pair->second == b;
@@ -67,33 +67,34 @@ static int check_pairs(perp_world *world)
 {
     int32_t a, b, i, collisions = 0;
 
-    if (world->awake_changed)
+    if (world->sleep.awake_changed)
         perp__list_awake(world);
-    perp__place(world, world->states);
-    assert_int_equal(perp__enclose(world, world->awake, world->awake_count, 0.0, 1.0), PERP_OK);
-    for (i = 1; i < world->pair_count; i++) {
+    perp__place(world, world->bodies.states);
+    assert_int_equal(perp__enclose(world, world->sleep.awake, world->sleep.awake_count, 0.0, 1.0),
+                     PERP_OK);
+    for (i = 1; i < world->pairs.count; i++) {
         const perp__pair *last = perp__ordered_pair(world, i - 1),
                          *here = perp__ordered_pair(world, i);
 
         assert_true(last->first < here->first ||
                     (last->first == here->first && last->second < here->second));
     }
-    for (a = 0; a < world->shape_slots; a++)
-        for (b = a + 1; b < world->shape_slots; b++) {
-            const perp__shape *x = &world->shapes[a], *y = &world->shapes[b];
+    for (a = 0; a < world->shapes.slots; a++)
+        for (b = a + 1; b < world->shapes.slots; b++) {
+            const perp__shape *x = &world->shapes.all[a], *y = &world->shapes.all[b];
             perp__point points[PERP__MAX_POINTS];
 
             if (!x->alive || !y->alive) {
                 assert_int_equal(has_pair(world, a, b), 0);
                 continue;
             }
-            if (x->body == y->body || (world->bodies[x->body].kind != PERP_BODY_DYNAMIC &&
-                                       world->bodies[y->body].kind != PERP_BODY_DYNAMIC)) {
+            if (x->body == y->body || (world->bodies.all[x->body].kind != PERP_BODY_DYNAMIC &&
+                                       world->bodies.all[y->body].kind != PERP_BODY_DYNAMIC)) {
                 assert_int_equal(has_pair(world, a, b), 0);
                 continue;
             }
-            if (perp__collide(&world->placed[a], &world->placed[b], world->settings.planar, 0.0,
-                              points) == 0)
+            if (perp__collide(&world->step.placed[a], &world->step.placed[b],
+                              world->settings.planar, 0.0, points) == 0)
                 continue;
             collisions++;
             assert_int_equal(has_pair(world, a, b), 1);
@@ -162,7 +163,7 @@ static void test_pairs_are_few(void **context)
             scene_box(&s, scene_add(&s, &settings), 0.5, 0.5, 0.5, 0.0, 0.0);
         }
         scene_step(&s, 0.01);
-        assert_int_equal(s.world->pair_count, 0);
+        assert_int_equal(s.world->pairs.count, 0);
         scene_close(&s);
     }
 }
@@ -185,7 +186,7 @@ static void test_balls_across_are_no_pairs(void **context)
         scene_sphere(&s, scene_add(&s, &settings), 0.5, 0.0, 0.0);
     }
     scene_step(&s, 0.01);
-    assert_int_equal(s.world->pair_count, 3 * SIDE * SIDE * (SIDE - 1));
+    assert_int_equal(s.world->pairs.count, 3 * SIDE * SIDE * (SIDE - 1));
     scene_close(&s);
 }
 
@@ -195,9 +196,9 @@ static void check_warm(perp_world *world, const perp__contact_set *last)
     int32_t i, j, k, known = 0;
 
     assert_int_equal(perp__find_contacts(world, 0.01), PERP_OK);
-    for (i = 0; i < world->contacts.count; i++)
+    for (i = 0; i < world->contacts.now.count; i++)
         for (j = 0; j < last->count; j++) {
-            const perp__world_contact *now = &world->contacts.contacts[i];
+            const perp__world_contact *now = &world->contacts.now.contacts[i];
             const perp__world_contact *before = &last->contacts[j];
 
             if (now->shape_a != before->shape_a || now->shape_b != before->shape_b ||
@@ -205,10 +206,10 @@ static void check_warm(perp_world *world, const perp__contact_set *last)
                 continue;
             known++;
             for (k = 0; k < 3; k++) /* the frames are the same but for rounding */
-                scene_near(world->contacts.responses[i].warm[k], last->responses[j].impulse[k],
+                scene_near(world->contacts.now.responses[i].warm[k], last->responses[j].impulse[k],
                            1e-9, "impulse of the last step");
         }
-    assert_int_equal(known, world->contacts.count);
+    assert_int_equal(known, world->contacts.now.count);
 }
 
 /* Impulses stay with their points: from step to step, and through a snapshot that is restored after
@@ -237,10 +238,10 @@ static void test_impulses_are_remembered(void **context)
     }
     scene_step(&s, 0.01);
     scene_step(&s, 0.01);
-    last.count = s.world->last.count;
+    last.count = s.world->contacts.last.count;
     assert_int_equal(last.count, 12); /* the upper corners of the lowest box are none */
-    memcpy(contacts, s.world->last.contacts, (size_t)last.count * sizeof *contacts);
-    memcpy(responses, s.world->last.responses, (size_t)last.count * sizeof *responses);
+    memcpy(contacts, s.world->contacts.last.contacts, (size_t)last.count * sizeof *contacts);
+    memcpy(responses, s.world->contacts.last.responses, (size_t)last.count * sizeof *responses);
     assert_true(responses[0].impulse[0] > 0.0 || responses[1].impulse[0] > 0.0);
     SCENE_OK(&s, perp_world_snapshot_size(s.world, &size));
     assert_true(size <= sizeof blob);
@@ -254,7 +255,7 @@ static void test_impulses_are_remembered(void **context)
     }
     scene_step(&s, 0.01);
     SCENE_OK(&s, perp_world_snapshot_restore(s.world, blob, size));
-    perp__place(s.world, s.world->states);
+    perp__place(s.world, s.world->bodies.states);
     check_warm(s.world, &last);
     scene_close(&s);
 }
@@ -277,17 +278,18 @@ static void test_late_corners_remember_nothing(void **context)
     settings.position[2] = 0.5;
     scene_box(&s, scene_add(&s, &settings), 0.5, 0.5, 0.5, 0.9, 0.0);
     scene_step(&s, h);
-    for (int32_t i = 0; i < s.world->last.count; i++)
-        given += s.world->last.responses[i].next[0];
+    for (int32_t i = 0; i < s.world->contacts.last.count; i++)
+        given += s.world->contacts.last.responses[i].next[0];
     settings.mass = 20.0;
     settings.position[0] = -1.1;
     settings.position[2] = 0.9;
     settings.velocity[0] = 60.0;
     scene_sphere(&s, scene_add(&s, &settings), 0.5, 0.5, 0.0);
     scene_step(&s, h);
-    for (int32_t i = 0; i < s.world->last.count; i++) {
-        remembered += s.world->last.responses[i].remembered[0];
-        late += s.world->last.contacts[i].position[2] > 0.4; /* between an upper corner and 0 */
+    for (int32_t i = 0; i < s.world->contacts.last.count; i++) {
+        remembered += s.world->contacts.last.responses[i].remembered[0];
+        late += s.world->contacts.last.contacts[i].position[2] >
+                0.4; /* between an upper corner and 0 */
     }
     assert_true(given > 0.0);
     assert_true(late > 0); /* else it says nothing */
@@ -325,7 +327,7 @@ static void test_far_corners_come_late(void **context)
     scene_sphere(&s, scene_add(&s, &settings), 0.5, 0.5, 0.0);
     scene_step(&s, h);
     SCENE_OK(&s, perp_world_body_slot(s.world, &slot, box));
-    moving = s.world->motions[slot].moving;
+    moving = s.world->step.motions[slot].moving;
     for (k = 0; k < 8; k++) {
         const double x = k & 1 ? 0.5 : -0.5, y = k & 2 ? 0.5 : -0.5, z = k & 4 ? 0.5 : -0.5;
         const double start = c + c * (z - x), angle = h * moving[4];
@@ -373,11 +375,11 @@ static void test_deep_points_join_where_they_press(void **context)
         scene_sphere(&s, ball, 0.5, 0.5, 0.0);
         SCENE_OK(&s, perp_world_body_slot(world, &slot, ball));
         SCENE_OK(&s, perp__find_step_contacts(world, h, &summary));
-        assert_int_equal(world->contacts.included, 1);
-        world->contacts.flags[0].included = 0;
-        world->contacts.included = world->contacts.rubbing = 0;
-        world->motions[slot].after[2] = world->motions[slot].moving[2] = -v;
-        world->motions[slot].verdict.drive =
+        assert_int_equal(world->contacts.now.included, 1);
+        world->contacts.now.flags[0].included = 0;
+        world->contacts.now.included = world->contacts.now.rubbing = 0;
+        world->step.motions[slot].after[2] = world->step.motions[slot].moving[2] = -v;
+        world->step.motions[slot].verdict.drive =
             v * sqrt(cases[i].mass) / cases[i].factor / perp__swept_tol(world);
         SCENE_OK(&s, perp__join_contacts(world, h, deep, &came));
         assert_int_equal(came, cases[i].comes);

@@ -226,7 +226,7 @@ static void step_twins(twins *t, double h)
     perp_step_result results[2];
     int k;
 
-    t->worlds[1].world->settled = 0; /* all points anew */
+    t->worlds[1].world->sleep.settled = 0; /* all points anew */
     for (k = 0; k < 2; k++) {
         assert_int_equal(perp_struct_init(&results[k], sizeof results[k]), PERP_OK);
         SCENE_OK(&t->worlds[k], perp_world_step(t->worlds[k].world, &results[k], h));
@@ -234,10 +234,10 @@ static void step_twins(twins *t, double h)
     check_results(t, results);
     check_states(t);
     check_contacts(t);
-    for (k = 0; k < t->worlds[0].world->pair_count; k++)
+    for (k = 0; k < t->worlds[0].world->pairs.count; k++)
         t->kept += perp__ordered_pair(t->worlds[0].world, k)->same;
-    t->asleep += t->count - t->worlds[0].world->awake_count;
-    assert_true(t->worlds[1].world->awake_count >= t->count);
+    t->asleep += t->count - t->worlds[0].world->sleep.awake_count;
+    assert_true(t->worlds[1].world->sleep.awake_count >= t->count);
 }
 
 static void live(twins *t, int32_t planar, int steps)
@@ -329,7 +329,7 @@ static void test_vain_step(void **state)
     SCENE_OK(s, perp_world_set_body(s->world, &away, t.bodies[0][1]));
     SCENE_OK(s, perp__find_contacts(s->world, 0.01));
     perp__stop_all_coasting(s->world);
-    assert_true(s->world->contacts.count < s->world->last.count);
+    assert_true(s->world->contacts.now.count < s->world->contacts.last.count);
     SCENE_OK(s, perp_world_set_body(s->world, &before, t.bodies[0][1]));
     SCENE_OK(&t.worlds[1], perp_world_set_body(t.worlds[1].world, &before, t.bodies[1][1]));
     for (int i = 0; i < 5; i++)
@@ -362,7 +362,7 @@ static void test_what_wakes(void **state)
             scene_box(&s, boxes[i], 0.5, 0.5, 0.5, 0.5, 0.0);
         }
         scene_steps(&s, 10, 0.01);
-        assert_int_equal(s.world->awake_count, 0);
+        assert_int_equal(s.world->sleep.awake_count, 0);
         assert_int_equal(scene_step(&s, 0.01).contacts, 8);
         if (how == 0) {
             SCENE_OK(&s, perp_world_remove_body(s.world, boxes[0]));

@@ -73,7 +73,7 @@ static inline column column_of(const perp__matrix *A, int32_t j)
 
 /* ---- blocks ---------------------------------------------------------------------------------- */
 
-static int32_t find_blocks(perp__bodies *b, const perp__bodies_input *input)
+static bool find_blocks(perp__bodies *b, const perp__bodies_input *input)
 {
     int32_t *parents = b->mark, apart[2] = {0, 0}; /* some entry joins two groups of 3; of 6 */
 
@@ -180,7 +180,7 @@ static perp_status fill_blocks(perp__bodies *b, const perp__bodies_input *input)
 
 /* Block by block, column by column: the pieces of each constraint are counted in piece_starts; or
  * filled in, where each start is moved to the next constraint's. Returns how many there are. */
-static int64_t visit_pieces(perp__bodies *b, const perp__bodies_input *input, int32_t fills)
+static int64_t visit_pieces(perp__bodies *b, const perp__bodies_input *input, bool fills)
 {
     const int32_t width = b->width;
     int64_t found = 0;

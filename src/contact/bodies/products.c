@@ -8,7 +8,7 @@
 /* ---- sums over constraints ------------------------------------------------------------------ */
 
 /* out += P y, or |P| y */
-PERP__KERNEL static void times_one(int32_t width, int32_t rows, int32_t absolute,
+PERP__KERNEL static void times_one(int32_t width, int32_t rows, bool absolute,
                                    const perp__bodies *b, int32_t k, const double *y, double *out)
 {
     double sum[PERP__ROWS_MOST];
@@ -34,7 +34,7 @@ PERP__MULTIVERSION(times_y, (const perp__bodies *b, const double *y, double *out
 }
 
 /* y += P'r, or |P|'|r| */
-PERP__KERNEL static void gather_one(int32_t width, int32_t rows, int32_t absolute,
+PERP__KERNEL static void gather_one(int32_t width, int32_t rows, bool absolute,
                                     const perp__bodies *b, int32_t k, const double *r, double *y)
 {
     for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {

@@ -34,7 +34,7 @@ enum { MOST = 3000 };
 
 /* W'y = 0, H'y + G's = 0 in the caller's H and G, or P'y = 0, which is H'y in the bodies' own
  * coordinates, to rounding. */
-static int32_t annihilates(perp_contact_solver *solver, const double *y)
+static bool annihilates(perp_contact_solver *solver, const double *y)
 {
     perp__dynamics *d = &solver->dynamics;
     const perp__bodies *b = &solver->bodies;
@@ -72,10 +72,10 @@ static int32_t annihilates(perp_contact_solver *solver, const double *y)
 
 /* Whether there can be a proof: some contact is to open, or some joint to move. y is paired with
  * what the caller gave, or H M^-1 f + w: since H'y = 0 the load f is of no account. */
-static int32_t may_be_infeasible(perp_contact_solver *solver)
+static bool may_be_infeasible(perp_contact_solver *solver)
 {
     const double *given = solver->scale;
-    int32_t may = 0;
+    bool may = 0;
 
     perp__contact_find_bias(solver, solver->scale);
     for (int32_t k = 0; k < solver->contacts; k++)

@@ -31,8 +31,7 @@ struct perp_contact_sensitivity {
     perp_contact_solver *solver;
     perp__arena arena;
     perp__matrix H, G; /* as they were given */
-    int32_t n, contacts, bounded, rows, size;
-    int32_t verdict, count, slips;
+    int32_t n, contacts, bounded, rows, size, verdict, count, slips;
     int32_t *modes;                    /* contacts and rows with bounds */
     int32_t *active;                   /* count */
     int8_t *moves;                     /* size: is active */

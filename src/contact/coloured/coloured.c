@@ -41,7 +41,7 @@ void perp__coloured_release(perp__coloured *c)
 
 /* ---- rounds of pieces, side by side where there are tasks ---- */
 
-static int32_t is_shared(const perp__coloured *c)
+static bool is_shared(const perp__coloured *c)
 {
     return c->is_large && c->tasks && c->points >= c->shared_from;
 }

@@ -141,8 +141,7 @@ enum { PERP__COLOURED_SWEEP, PERP__COLOURED_CLEAR, PERP__COLOURED_ADD };
 /* What passes have come to at a contact of each of eight pairs, with t the trace of P P': 0 where
  * that is. */
 typedef struct perp__lane_measure {
-    double u[3][PERP__GROUP];
-    double trace[PERP__GROUP];
+    double u[3][PERP__GROUP], trace[PERP__GROUP];
     double drive[PERP__GROUP];   /* |q| / sqrt(t): velocities that the passes began from */
     double natural[PERP__GROUP]; /* sqrt(t) times the natural residual */
     double mode[PERP__GROUP];    /* a perp_contact_mode */

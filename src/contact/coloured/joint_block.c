@@ -25,7 +25,7 @@ void perp__coloured_row(const perp__rigid_problem *problem, const perp__rigid_ro
                         int32_t i, double P[6], double *w)
 {
     const int32_t width = problem->width, body = g->body[side];
-    const int32_t moves = perp__rigid_moves(problem, body);
+    const bool moves = perp__rigid_moves(problem, body);
     const double *J = g->rows[side][i], *C = problem->factors + (moves ? width * width * body : 0);
 
     memset(P, 0, 6 * sizeof *P);

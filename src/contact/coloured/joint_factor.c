@@ -72,7 +72,7 @@ static int64_t list_nodes(perp__joint_factor *f)
 
 /* Row by row of L, the columns on the ways up the tree from where K has tiles: counted, with the
  * tree itself; or written. */
-static void trace_rows(perp__joint_factor *f, int32_t writes)
+static void trace_rows(perp__joint_factor *f, bool writes)
 {
     for (int32_t k = 0; k < f->nodes; k++) {
         f->parent[k] = writes ? f->parent[k] : -1;
@@ -239,8 +239,8 @@ PERP__KERNEL static void find_pivot(double (*D)[PERP__NODE], int32_t rows, int32
  * pivots are not above `least` >= 0 are left out, 0 in both, of what others say as clearly as can
  * be: the largest pivot comes first. Returns whether the other pivots are positive numbers. R^-1
  * has twice the digits of D^-1: rows that say nearly the same need them. */
-PERP__KERNEL static int32_t invert(double (*D)[PERP__NODE], double (*back)[PERP__NODE],
-                                   int32_t rows, double least, int8_t *repeats)
+PERP__KERNEL static bool invert(double (*D)[PERP__NODE], double (*back)[PERP__NODE], int32_t rows,
+                                double least, int8_t *repeats)
 {
     int32_t lane[PERP__NODE] = {0, 1, 2, 3, 4, 5, 6, 7};
     perp__joint_tile sorted;

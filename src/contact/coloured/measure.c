@@ -35,7 +35,7 @@ static void measure_joints(const perp__coloured *c, perp__coloured_part *part, d
 }
 
 /* Whether the passes go on, whatever else is measured. */
-static int32_t is_over(const perp__coloured_part *part)
+static bool is_over(const perp__coloured_part *part)
 {
     return !part->ends &&
            (part->residual > part->problem->tol * part->drive || part->sinks > PERP__CLEARED_SHARE);

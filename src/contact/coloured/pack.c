@@ -33,7 +33,7 @@ static void lay_out_points(perp__arena *arena, void *object)
 }
 
 /* Whether the impulse that a contact starts from presses. */
-static int32_t presses(const perp__coloured *c, int32_t pair, int32_t k)
+static bool presses(const perp__coloured *c, int32_t pair, int32_t k)
 {
     const double *warm = c->part[c->pair_part[pair]].problem->warm;
 
@@ -82,7 +82,7 @@ static void order_pairs(perp__coloured *c, int32_t pairs, int32_t *starts)
 /* Groups of what is ordered, colour by colour, with what has none last; with room for them, writes
  * them, and where pieces of so many points begin. */
 static void form_groups(perp__coloured *c, int32_t pairs, const int32_t *starts, int32_t size,
-                        int32_t writes)
+                        bool writes)
 {
     int32_t pieces = 0, last = -1, begun = 0, i = 0;
 

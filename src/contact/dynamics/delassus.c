@@ -83,7 +83,7 @@ perp_status perp__delassus_add(perp__delassus *view, perp_context *context, perp
 
 void perp__absolute_product(const perp__matrix *W, const double *x, const double *add, double *out)
 {
-    const int32_t by_rows = perp__lines_are_rows(W);
+    const bool by_rows = perp__lines_are_rows(W);
 
     for (int32_t i = 0; i < W->rows; i++)
         out[i] = add ? fabs(add[i]) : 0.0;

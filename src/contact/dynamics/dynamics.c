@@ -100,7 +100,7 @@ perp_status perp__dynamics_read(perp_context *context, perp__dynamics *view, int
 /* ---- M, and W ---- */
 
 /* Whether W is made by half.c. */
-static int32_t is_halved(const perp__dynamics *view)
+static bool is_halved(const perp__dynamics *view)
 {
     return view->forms_W && view->has_M &&
            view->n <=
@@ -112,7 +112,7 @@ static void lay_out(perp__arena *arena, void *object)
     perp__dynamics *view = object;
     const size_t n = (size_t)view->n, size = (size_t)view->size;
     const size_t larger = n > size ? n : size;
-    const int32_t is_dense = is_halved(view) || !view->M.column_starts;
+    const bool is_dense = is_halved(view) || !view->M.column_starts;
     const size_t entries = view->has_M && !is_dense ? (size_t)view->M.column_starts[n] : 0;
 
     view->factor = view->has_M && is_dense ? perp__arena_take(arena, n, n * sizeof(double)) : NULL;

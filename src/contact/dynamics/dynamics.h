@@ -13,8 +13,7 @@ typedef struct perp__dynamics {
     perp_context *context;
     int32_t n;
     int32_t size; /* rows of H and of G */
-    int32_t has_M;
-    int32_t forms_W;
+    int32_t has_M, forms_W;
     perp__matrix M, H, G; /* G: 0 rows if there is none */
     perp_contact_mass_solve solve;
     void *user;

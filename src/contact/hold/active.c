@@ -62,11 +62,11 @@ void perp__contact_find_bias(perp_contact_solver *solver, double *bias)
 static perp_status find_held(perp_contact_solver *solver, const double *r, const double *u,
                              const int8_t *modes)
 {
-    const int32_t is_rigid = solver->entrance == PERP__ENTRANCE_RIGID;
+    const bool is_rigid = solver->entrance == PERP__ENTRANCE_RIGID;
     const perp__contact_problem *problem = &solver->problem;
     perp__hold *hold = &solver->hold;
     double *bias = solver->high;
-    int32_t asks = 0;
+    bool asks = 0;
     perp_status status;
 
     hold->rigid = is_rigid ? solver->rigid : NULL;
@@ -77,7 +77,7 @@ static perp_status find_held(perp_contact_solver *solver, const double *r, const
     /* 1. The terms, where some contact may hold that the modes say nothing of. */
     for (int32_t k = 0; k < solver->contacts && !asks; k++) {
         const int32_t normals = perp__contact_normals(problem, k);
-        const int32_t slips = modes[k] == PERP_CONTACT_SLIP && solver->dims[k] > normals;
+        const bool slips = modes[k] == PERP_CONTACT_SLIP && solver->dims[k] > normals;
 
         asks = (slips || modes[k] == PERP_CONTACT_SEPARATE) &&
                fabs(u[solver->starts[k] + (slips ? normals : 0)]) <= slack_of(solver, k);
@@ -155,8 +155,8 @@ static void find_slack(perp_contact_solver *solver)
     perp__absolute_bodies(&solver->bodies, best->r, solver->load, solver->bodies.y, scale);
     for (int32_t k = 0; k < solver->constraints; k++) {
         const double size = perp__contact_length(scale, rows[k], rows[k + 1]);
-        const int32_t opens = k < solver->contacts && best->modes[k] == PERP_CONTACT_SEPARATE &&
-                              best->u[rows[k]] > PERP__SUM_ROUNDING * scale[rows[k]];
+        const bool opens = k < solver->contacts && best->modes[k] == PERP_CONTACT_SEPARATE &&
+                           best->u[rows[k]] > PERP__SUM_ROUNDING * scale[rows[k]];
 
         for (int32_t i = rows[k]; i < rows[k + 1]; i++)
             x[i] = opens ? 0.0 : size / solver->trace[k];
@@ -172,7 +172,7 @@ static void find_slack(perp_contact_solver *solver)
 
 /* Whether there is a velocity in coordinate k of the blocks, and the momentum of its whole block
  * can do without. */
-static int32_t is_spare(const perp_contact_solver *solver, int32_t k, double velocity)
+static bool is_spare(const perp_contact_solver *solver, int32_t k, double velocity)
 {
     const perp__bodies *b = &solver->bodies;
     const int32_t width = b->width, block = k / width, j = k % width;
@@ -191,7 +191,7 @@ static int32_t is_spare(const perp_contact_solver *solver, int32_t k, double vel
 }
 
 /* Whether all is so slow, where W was wanted, that blocks of M may find it at rest. */
-static int32_t nearly_rests(const perp_contact_solver *solver)
+static bool nearly_rests(const perp_contact_solver *solver)
 {
     const double fastest = perp__largest(solver->best_v, solver->n);
 

@@ -51,7 +51,7 @@ perp_status perp__hold_fit(perp__hold *h, const perp__bodies *b)
 
 /* ---- carriers -------------------------------------------------------------------------------- */
 
-static int32_t turns(const perp__rigid_problem *p, const double *twist)
+static bool turns(const perp__rigid_problem *p, const double *twist)
 {
     const int32_t linear = p->width == 3 ? 2 : 3;
 
@@ -69,7 +69,7 @@ static const double *twist_of(const perp__hold *h, int32_t root)
 }
 
 /* Whether two roots move as one body: the same one, or translations with the same velocity. */
-static int32_t is_same(const perp__hold *h, int32_t a, int32_t b)
+static bool is_same(const perp__hold *h, int32_t a, int32_t b)
 {
     if (a == b || a < h->bodies->blocks || b < h->bodies->blocks)
         return a == b;
@@ -79,7 +79,7 @@ static int32_t is_same(const perp__hold *h, int32_t a, int32_t b)
 }
 
 /* v of a block := the rigid motion of `root` where it is. Returns 0 where that is not known. */
-static int32_t carry(perp__hold *h, int32_t block, int32_t root)
+static bool carry(perp__hold *h, int32_t block, int32_t root)
 {
     const int32_t width = h->bodies->width, linear = width == 3 ? 2 : 3;
     double *v = h->v + (size_t)block * (size_t)width, arm[3] = {0.0, 0.0, 0.0};
@@ -164,7 +164,7 @@ static int32_t root_beside(const perp__hold *h, int32_t constraint, int32_t bloc
 /* Whether the rows of a constraint that is met at this piece are taken up here: at the first of its
  * open blocks, which are all of the cluster; and not where one block alone is asked about that
  * others are to be held with. */
-static int32_t is_taken(const perp__hold *h, int32_t constraint, int64_t piece, int32_t count)
+static bool is_taken(const perp__hold *h, int32_t constraint, int64_t piece, int32_t count)
 {
     int64_t first = piece;
     const int32_t open = count_open(h, constraint, &first);
@@ -276,7 +276,7 @@ static void move(perp__hold *h, const int32_t *members, int32_t count)
 }
 
 /* All rows of a cluster lead to one carrier: 1, and the members move with it. */
-static int32_t carry_members(perp__hold *h, const int32_t *members, int32_t count)
+static bool carry_members(perp__hold *h, const int32_t *members, int32_t count)
 {
     const perp__bodies *b = h->bodies;
     int32_t root = PERP__HOLD_UNSET;
@@ -409,7 +409,7 @@ static void solve_clusters(perp__hold *h)
 /* ---- one body after the other ---------------------------------------------------------------- */
 
 /* Takes up a row of the block. Returns 1 if it is independent of those before. */
-static int32_t take_up_row(perp__hold *h, int32_t block, const double *row)
+static bool take_up_row(perp__hold *h, int32_t block, const double *row)
 {
     const int32_t width = h->bodies->width, rank = h->rank[block];
     double *basis = h->basis + (size_t)block * (size_t)(width * width), *x = basis + rank * width;

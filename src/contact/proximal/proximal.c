@@ -53,7 +53,7 @@ int32_t perp__proximal_asks_to_stop(const perp__proximal *s)
                : perp__contact_asks_to_stop(s->common.problem->control, count, s->residual);
 }
 
-int32_t perp__proximal_goes_on(const perp__proximal *s, double enough)
+bool perp__proximal_goes_on(const perp__proximal *s, double enough)
 {
     return s->outcome < 0 && s->best_residual > enough;
 }
@@ -131,7 +131,7 @@ static double evaluate(perp__proximal *s, const perp__proximal_part *part, doubl
     return perp__contact_length(s->rhs, begin, end);
 }
 
-void perp__proximal_find_step(perp__proximal *s, const perp__proximal_part *part, int32_t refines)
+void perp__proximal_find_step(perp__proximal *s, const perp__proximal_part *part, bool refines)
 {
     const int32_t begin = part->block * s->width, end = part->last_block * s->width;
 
@@ -254,7 +254,7 @@ static void run_newton(perp__proximal *s, const perp__proximal_part *part, doubl
 /* From a start as long as that leads on, or from no impulses, which lead to the inside of the
  * cones, sweeps to their edges: what is easy has an answer from there before an interior point had.
  * What is not begins again in one. */
-static void run_first(perp__proximal *s, const perp__proximal_part *part, int32_t given)
+static void run_first(perp__proximal *s, const perp__proximal_part *part, bool given)
 {
     if (given)
         run_newton(s, part, PERP__WARM_RHO, STEPS, IN_VAIN);
@@ -319,7 +319,7 @@ static void run_part(perp__proximal *s, const perp__proximal_part *part,
     iterate->folds |= s->folds;
 }
 
-static perp_status solve(void *work, perp__contact_iterate *iterate, int32_t splits)
+static perp_status solve(void *work, perp__contact_iterate *iterate, bool splits)
 {
     perp__proximal *s = work;
     const perp__contact_problem *problem = s->common.problem;

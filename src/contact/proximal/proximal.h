@@ -37,8 +37,7 @@ typedef struct perp__proximal_part {
  * behind the normals. */
 typedef struct perp__discs {
     int32_t both; /* normals that hold both ways; 0: an ordinary one */
-    int32_t count;
-    int32_t sizes[3];
+    int32_t count, sizes[3];
     double radii[3];
 } perp__discs;
 
@@ -130,11 +129,11 @@ double perp__proximal_residual(perp__proximal *s, const perp__proximal_part *par
                                double *speed);
 
 /* s->step := (I + J'KJ)^-1 s->rhs by the last factors, refined once where asked for: proximal.c. */
-void perp__proximal_find_step(perp__proximal *s, const perp__proximal_part *part, int32_t refines);
+void perp__proximal_find_step(perp__proximal *s, const perp__proximal_part *part, bool refines);
 
 /* -1 to go on, or what to stop with. And whether there is a reason to go on at all. */
 int32_t perp__proximal_asks_to_stop(const perp__proximal *s);
-int32_t perp__proximal_goes_on(const perp__proximal *s, double enough);
+bool perp__proximal_goes_on(const perp__proximal *s, double enough);
 
 /* An interior point method, from no impulses, for parts without discs: interior.c. s->x is its best
  * point, or its end where s->best_residual is of another. */

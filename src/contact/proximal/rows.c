@@ -9,7 +9,7 @@
 #include "contact/law.h"
 
 /* Whether r of its one row is of any sign: bilateral ones, and those with two bounds. */
-static int32_t is_row(const perp__contact_problem *problem, int32_t constraint)
+static bool is_row(const perp__contact_problem *problem, int32_t constraint)
 {
     return constraint >= problem->contacts ||
            perp__contact_first_row(problem, constraint) > problem->starts[constraint];
@@ -227,7 +227,7 @@ static void set_scales(perp__proximal *s, int32_t k)
     const int32_t both = perp__contact_two_sided(problem, constraint);
     perp__contact_part parts[3];
     perp__discs *discs;
-    int32_t turns;
+    bool turns;
     double m;
 
     for (int32_t i = row; i < row + rows; i++)

@@ -164,7 +164,7 @@ static void number(perp__pyramid *p)
 }
 
 /* The rows of all that impulses move. Returns 0 where time is up. */
-static int32_t fill_impulses(perp__pyramid *p)
+static bool fill_impulses(perp__pyramid *p)
 {
     const perp__contact_problem *problem = p->base.problem;
     const double deadline = problem->control ? problem->control->deadline : 0.0;
@@ -211,7 +211,7 @@ static void fill_speeds(perp__pyramid *p)
 
     for (size_t i = 0; i < n; i++) {
         const perp__unknown *a = &p->unknowns[i];
-        const int32_t slips = (size_t)a->first < i;
+        const bool slips = (size_t)a->first < i;
         const double *sides = p->sides + 3 * a->constraint;
         const size_t normal = (size_t)a->normal;
         size_t both;

@@ -120,10 +120,10 @@ static void find_held_velocities(const perp_contact_solver *solver, const double
     for (int32_t k = 0; k < p->contacts + p->joints; k++) {
         const perp__rigid_rows *g = &p->rows[k];
         const int32_t a = place_of(solver, g->body[0]);
-        const int32_t is_one = a != PERP__RIGID_FREE && a == place_of(solver, g->body[1]);
+        const bool is_one = a != PERP__RIGID_FREE && a == place_of(solver, g->body[1]);
 
         for (int32_t i = 0; i < g->dim; i++, row++) {
-            const int32_t holds = k < p->contacts ? i < solver->hold.holds[constraint] : 1;
+            const bool holds = k < p->contacts ? i < solver->hold.holds[constraint] : 1;
 
             u[row] = holds ? 0.0 : g->bias[i];
             for (int32_t side = 0; side < 2 && !holds && !is_one; side++) {
@@ -317,7 +317,7 @@ static perp_status hold(perp_contact_solver *s, double *r, double *u, const int8
 
 static perp_status prepare(perp_contact_solver *s, const perp__rigid_problem *problem)
 {
-    const int32_t keeps = problem->again && s->entrance == PERP__ENTRANCE_RIGID;
+    const bool keeps = problem->again && s->entrance == PERP__ENTRANCE_RIGID;
     const perp_status status = keeps ? PERP_OK : set_up(s, problem);
 
     if (keeps)

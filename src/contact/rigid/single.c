@@ -149,7 +149,7 @@ PERP__MULTIVERSION(push, (single * s), (s))
 
 /* The squares of all contacts' rows, and omega, the largest free velocity. Returns 0 where a square
  * might leave the range of numbers. */
-static int32_t find_sizes(single *s)
+static bool find_sizes(single *s)
 {
     s->omega = 0.0;
     for (int32_t k = 0; k < s->problem->contacts; k++) {
@@ -168,7 +168,7 @@ static int32_t find_sizes(single *s)
 
 /* What contact k lacks of its law, or where that is more the velocities that its mode says are 0,
  * with what rounding may have made of the velocities. False for one that presses and separates. */
-static int32_t find_lack(single *s, int32_t k, perp__evidence *residuals)
+static bool find_lack(single *s, int32_t k, perp__evidence *residuals)
 {
     const int32_t first = s->starts[k], end = s->starts[k + 1];
     int32_t mode;
@@ -187,10 +187,10 @@ static int32_t find_lack(single *s, int32_t k, perp__evidence *residuals)
 }
 
 /* How many rows of each contact hold, as in active.c. Returns whether none of those is to move. */
-static int32_t find_held(single *s)
+static bool find_held(single *s)
 {
     const double slack = sqrt(s->problem->tol) * s->omega;
-    int32_t may = 1;
+    bool may = 1;
 
     for (int32_t k = 0; k < s->problem->contacts; k++) {
         const int32_t first = s->starts[k], mode = s->modes[k];
@@ -199,7 +199,7 @@ static int32_t find_held(single *s)
 
         for (int32_t a = 0; a < s->dims[k] && is_near; a++) {
             const double speed = fabs(s->u[first + a]);
-            const int32_t is_still = speed <= PERP__SUM_ROUNDING * s->scale[first + a];
+            const bool is_still = speed <= PERP__SUM_ROUNDING * s->scale[first + a];
 
             is_near =
                 speed <= slack * s->root[k] &&
@@ -265,8 +265,8 @@ PERP__KERNEL static double hold(single *s, int32_t n)
     return change > 0.0 ? sqrt(change) / strength : 0.0;
 }
 
-PERP__KERNEL static int32_t solve(perp__rigid_answer *answer, const perp__rigid_problem *p,
-                                  double tol, int32_t n)
+PERP__KERNEL static bool solve(perp__rigid_answer *answer, const perp__rigid_problem *p, double tol,
+                               int32_t n)
 {
     perp__evidence residuals = {0.0, 0.0, 1.0, 1};
     single s;
@@ -318,8 +318,7 @@ PERP__KERNEL static int32_t solve(perp__rigid_answer *answer, const perp__rigid_
     return 1;
 }
 
-int32_t perp__rigid_single(perp__rigid_answer *answer, const perp__rigid_problem *problem,
-                           double tol)
+bool perp__rigid_single(perp__rigid_answer *answer, const perp__rigid_problem *problem, double tol)
 {
     return problem->width == WIDTH ? solve(answer, problem, tol, WIDTH)
                                    : solve(answer, problem, tol, AXES);

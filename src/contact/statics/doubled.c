@@ -157,7 +157,7 @@ static void add_block(perp__statics *s, int32_t u, const perp__statics_link *fro
         }
 }
 
-int32_t perp__statics_factor_doubled(perp__statics *s)
+bool perp__statics_factor_doubled(perp__statics *s)
 {
     const int32_t width = s->rows->width, n = s->rows->nodes * width;
 

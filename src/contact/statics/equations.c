@@ -77,7 +77,7 @@ perp_status perp__statics_order(perp__statics *s)
 
 /* Column c of `out` += sum_k row k of X times Y_kc, or the sizes of these terms, of `width` numbers
  * each; a body's six are four lanes and two: the compiler finds no vectors there. */
-PERP__KERNEL static void add_product(int32_t columns, int32_t depth, int32_t width, int32_t sizes,
+PERP__KERNEL static void add_product(int32_t columns, int32_t depth, int32_t width, bool sizes,
                                      const double *X, const double *Y, double *out)
 {
     for (int32_t c = 0; c < columns; c++, out += width) {
@@ -301,7 +301,7 @@ PERP__MULTIVERSION(balance_all,
     }
 }
 
-void perp__statics_balance(perp__statics *s, int32_t corrects)
+void perp__statics_balance(perp__statics *s, bool corrects)
 {
     const size_t n = perp__statics_numbers(s), size = (size_t)s->rows->size;
 

@@ -196,7 +196,7 @@ static perp_status list_contact(front *a, int32_t u, int32_t *row)
     const int32_t both = laws->two_sided ? laws->two_sided[u] : 0, normals = both > 0 ? both : 1;
     const int32_t tangents = perp__contact_dim(laws, u) - normals, first = *row;
     perp__statics_unit *unit = &a->unit[u];
-    const int32_t turned = both > 0 && laws->mu && laws->mu[u] > 0.0;
+    const bool turned = both > 0 && laws->mu && laws->mu[u] > 0.0;
 
     unit->mu = laws->mu ? laws->mu[u] : 0.0;
     unit->rolling = laws->rolling ? laws->rolling[u] : 0.0;

@@ -45,7 +45,7 @@ static double coefficient(const perp__cone *cone, int32_t j)
 }
 
 /* Whether S^-1 is that of the one cone that has all of the unit's rows. */
-static int32_t is_single(const perp__statics *s, int32_t u)
+static bool is_single(const perp__statics *s, int32_t u)
 {
     return s->aim == PERP__AIM_MARGIN && s->unit_cone[u + 1] == s->unit_cone[u] + 1;
 }
@@ -215,7 +215,7 @@ static void find_cone_steps(perp__statics *s, int32_t u, double ds)
 static void find_step(perp__statics *s, double rs, double rt, double *ds, double *dtau)
 {
     const size_t n = perp__statics_numbers(s);
-    const int32_t margin = s->aim == PERP__AIM_MARGIN;
+    const bool margin = s->aim == PERP__AIM_MARGIN;
     double sum = 0.0;
 
     /* 1. p; Kr = K^-1 (rb - A S^-1 p); e'rc. */
@@ -361,7 +361,7 @@ perp__statics_end perp__statics_follow_path(perp__statics *s, perp__statics_answ
 
         /* 2. What is known by now. */
         if (margin && s->s > 0.0) {
-            const int32_t close = whole <= aim->gap * s->s || s->s >= 1.0 - aim->gap;
+            const bool close = whole <= aim->gap * s->s || s->s >= 1.0 - aim->gap;
 
             if (close || (aim->gap == 0.0 && (s->s >= ROOMY || since >= ROOMY_ITERATIONS)))
                 return PERP__STATICS_FOUND;

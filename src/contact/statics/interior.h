@@ -106,14 +106,14 @@ void perp__statics_condense(perp__statics *s, double mean);
 
 /* point.c, what has been found */
 /* The largest that a node's rows lack of b = A x, beside its terms: of perp__statics_balance. */
-double perp__statics_unbalance(perp__statics *s, int32_t corrects);
+double perp__statics_unbalance(perp__statics *s, bool corrects);
 /* Balances x by the last factors until what it lacks, which is `left` by now, is `enough`, or no
  * better; returns it. */
 double perp__statics_refine(perp__statics *s, double left, double enough);
 /* The least room of x in a cone, in units of each. */
 double perp__statics_room(perp__statics *s);
 /* Whether y proves that nothing stands; then the certificate is written. */
-int32_t perp__statics_prove(perp__statics *s, perp__statics_answer *answer, const double *y);
+bool perp__statics_prove(perp__statics *s, perp__statics_answer *answer, const double *y);
 
 /* z := B x + shift e_0 of a cone: point.c. */
 void perp__cone_place(const perp__statics *s, const perp__cone *cone, const double *x, double shift,
@@ -129,7 +129,7 @@ void perp__statics_solve(perp__statics *s, double *x, double *low);
 void perp__statics_push(perp__statics *s, double factor, int32_t inverse, const double *p,
                         double *to, double *low);
 /* x += S^-1 A' K^-1 rb where it `corrects`; rb := b - A x, and terms: sizes of what that adds. */
-void perp__statics_balance(perp__statics *s, int32_t corrects);
+void perp__statics_balance(perp__statics *s, bool corrects);
 /* dx := S^-1 (p + A'dy), with `met` */
 void perp__statics_pull(perp__statics *s, const double *p, const double *dy, const double *dy_low,
                         double *dx);
@@ -139,7 +139,7 @@ void perp__statics_meet(const perp__statics *s, const double *y, double *out);
 /* doubled.c */
 /* From now on in doubled precision, where that is not so already and costs little: *goes. */
 perp_status perp__statics_go_doubled(perp__statics *s, int32_t *goes);
-int32_t perp__statics_factor_doubled(perp__statics *s);
+bool perp__statics_factor_doubled(perp__statics *s);
 void perp__statics_solve_doubled(perp__statics *s, double *x, double *low);
 void perp__statics_push_doubled(perp__statics *s, double factor, int32_t inverse, const double *p,
                                 double *to, double *low);

@@ -243,7 +243,7 @@ void perp__statics_set_forces(perp__statics *s, const double *forces, double fac
 
 /* ---- what has been found ---- */
 
-double perp__statics_unbalance(perp__statics *s, int32_t corrects)
+double perp__statics_unbalance(perp__statics *s, bool corrects)
 {
     const int32_t width = s->rows->width, *parent = s->fronts.parent;
     double *floor = s->permuted, most = 0.0;
@@ -302,7 +302,7 @@ double perp__statics_room(perp__statics *s)
 /* Whether y proves that there is no equilibrium; *work: y'b and the least that rows with bounds
  * add. What rows lack of the dual cones counts as rounding where impulses a few times those at hand
  * could not do that work on it. */
-static int32_t proves(perp__statics *s, const double *y, double *work)
+static bool proves(perp__statics *s, const double *y, double *work)
 {
     const perp__statics_rows *rows = s->rows;
     const double most = perp__largest(y, (int32_t)perp__statics_numbers(s));
@@ -369,7 +369,7 @@ static int32_t proves(perp__statics *s, const double *y, double *work)
     return sum > WORK_BESIDE * undone + PERP__SUM_ROUNDING * size;
 }
 
-int32_t perp__statics_prove(perp__statics *s, perp__statics_answer *answer, const double *y)
+bool perp__statics_prove(perp__statics *s, perp__statics_answer *answer, const double *y)
 {
     const int32_t n = (int32_t)perp__statics_numbers(s);
     const double unit = perp__unit_of(perp__largest(y, n));

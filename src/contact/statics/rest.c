@@ -15,7 +15,7 @@
 #define SLOW 0.2
 #define SWEPT (PERP__FIRST_LOOK * 2.0 * 12.0)
 
-int32_t perp__contact_may_rest(const perp_contact_solver *s)
+bool perp__contact_may_rest(const perp_contact_solver *s)
 {
     const perp__contact_call *call = s->call;
 
@@ -36,12 +36,12 @@ int32_t perp__contact_may_rest(const perp_contact_solver *s)
 
 /* Whether rest is asked for: where something slips, and velocities are small or bodies few. Callers
  * who hold velocities themselves know of what sticks, too. */
-static int32_t is_asked(const perp_contact_solver *s)
+static bool is_asked(const perp_contact_solver *s)
 {
     const perp__contact_call *call = s->call;
     const double n = s->n;
     double driven = 0.0, fastest = 0.0;
-    int32_t slips = s->settings.raw_velocity != 1;
+    bool slips = s->settings.raw_velocity != 1;
 
     for (int32_t k = 0; k < s->contacts; k++)
         slips |= s->best.modes[k] == PERP_CONTACT_SLIP;

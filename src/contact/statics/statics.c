@@ -204,7 +204,7 @@ static perp__statics_end find_margin(perp__statics *s, perp__statics_answer *ans
 
 /* Whether x is an answer, once balanced to rounding: by the last factors, or by such as move each
  * contact by its own room alone. */
-static int32_t is_inside(perp__statics *s, perp__statics_answer *answer)
+static bool is_inside(perp__statics *s, perp__statics_answer *answer)
 {
     const int32_t aim = s->aim;
 
@@ -272,7 +272,7 @@ static perp_status find_inside(perp__statics *s, perp__statics_answer *answer,
 static void find_least(perp__statics *s, perp__statics_answer *answer, const perp__statics_aim *aim)
 {
     const size_t bytes = (size_t)s->rows->size * sizeof(double);
-    const int32_t doubled = s->doubled;
+    const bool doubled = s->doubled;
     perp__statics_end end;
     double mean = 0.0;
 
@@ -295,7 +295,7 @@ static void find_least(perp__statics *s, perp__statics_answer *answer, const per
     s->doubled = doubled;
 }
 
-static int32_t is_loaded(const perp__statics *s)
+static bool is_loaded(const perp__statics *s)
 {
     return (s->pushes && !s->recedes) || !perp__is_zero(s->b, s->rows->nodes * s->rows->width);
 }
@@ -317,7 +317,7 @@ static perp_status carry(perp__statics *s, perp__statics_answer *answer,
  * in s->y, is that of the load alone. Of a load that is carried alone any factor is above one that
  * is found. Where no rows answer, at most one is carried; 0 is the only one that doubles tell. */
 static perp_status find_factor(perp__statics *s, perp__statics_answer *answer,
-                               const perp__statics_aim *aim, const double *forces, int32_t carried)
+                               const perp__statics_aim *aim, const double *forces, bool carried)
 {
     const int32_t n = s->rows->nodes * s->rows->width;
     const double size = perp__largest(forces, n), unit = perp__unit_of(perp__largest(aim->load, n));
@@ -327,7 +327,7 @@ static perp_status find_factor(perp__statics *s, perp__statics_answer *answer,
     const double most = first * (carried ? FARTHEST : 1.0 / (DBL_EPSILON * DBL_EPSILON));
     double a = first, above = INFINITY, least;
     perp_status status = PERP_OK;
-    int32_t stood = 0;
+    bool stood = 0;
 
     for (int32_t i = 0; i < n; i++)
         s->c[i] = aim->load[i] / unit;
@@ -378,7 +378,7 @@ static perp_status find_factor(perp__statics *s, perp__statics_answer *answer,
 static double write_impulses(perp__statics *s, perp__statics_answer *answer)
 {
     double *r = answer->r ? answer->r : s->dx, least = INFINITY;
-    int32_t fine = 1;
+    bool fine = 1;
 
     for (int32_t i = 0; i < s->rows->size; i++) {
         r[i] = s->scale * s->x[i];
@@ -499,7 +499,7 @@ void perp__statics_keep(perp__statics *s, const double *base)
     s->factored = perp__statics_factor(s);
 }
 
-int32_t perp__statics_adjust(perp__statics *s, perp__statics_answer *answer, const double *forces)
+bool perp__statics_adjust(perp__statics *s, perp__statics_answer *answer, const double *forces)
 {
     if (!s->factored)
         return 0;

@@ -29,8 +29,7 @@ typedef struct perp__statics_unit {
 } perp__statics_unit;
 
 typedef struct perp__statics_link {
-    int32_t node;
-    int32_t reserved;
+    int32_t node, reserved;
     size_t at; /* of `values`: rows by width */
 } perp__statics_link;
 
@@ -96,8 +95,8 @@ void perp__statics_keep(perp__statics *statics, const double *base);
 
 /* Whether r is balanced and in all cones; then answer->r, margin (the least room left beside
  * base's) and unbalance are written. */
-int32_t perp__statics_adjust(perp__statics *statics, perp__statics_answer *answer,
-                             const double *forces);
+bool perp__statics_adjust(perp__statics *statics, perp__statics_answer *answer,
+                          const double *forces);
 
 /* Whether velocities of 0 answer dynamics with the forces f, contacts without bounds, and w that is
  * 0 but for the normals of open ones; then r: the least impulses that balance them: front.c. What

@@ -67,8 +67,7 @@ PERP__KERNEL static double perp__slip(perp__local *local, double z, const double
 
 /* The same from a multiplier near the root, with Newton's method alone. Returns 0, and r of no
  * account, where a few steps don't end at a root at which the function rises. */
-PERP__KERNEL static int32_t perp__slip_near(perp__local *local, double z, const double *c,
-                                            double *r)
+PERP__KERNEL static bool perp__slip_near(perp__local *local, double z, const double *c, double *r)
 {
     const double mu = local->mu, *a = local->a, *s = local->s;
     double x = local->slip;

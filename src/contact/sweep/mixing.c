@@ -70,7 +70,7 @@ PERP__MULTIVERSION(combine,
 }
 
 /* x := (F'F + ridge)^-1 F'f; 0 where that breaks down. */
-static int32_t least_squares(const perp__mixing *m, double *x)
+static bool least_squares(const perp__mixing *m, double *x)
 {
     double A[PERP__MIXING_DEPTH * PERP__MIXING_DEPTH], ridge = 0.0;
     const int32_t n = m->count;

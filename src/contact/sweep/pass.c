@@ -23,7 +23,7 @@
  * and the piece of a contact with the ground. */
 enum { WIDTH = PERP__PACKED_WIDTH, ROW = PERP__PACKED_ROW };
 
-int32_t perp__sweep_packs(const perp__sweep_work *work, int32_t k)
+bool perp__sweep_packs(const perp__sweep_work *work, int32_t k)
 {
     const perp__contact_problem *problem = work->common.problem;
     const perp__bodies *b = problem->bodies;

@@ -50,7 +50,7 @@ static void layout(perp__arena *arena, void *object)
 
     /* 2. Of bodies; of W. */
     if (b) {
-        const int32_t packs = b->width == 3 || b->width == PERP__PACKED_WIDTH;
+        const bool packs = b->width == 3 || b->width == PERP__PACKED_WIDTH;
 
         work->stride = packs ? PERP__PACKED_WIDTH : b->width;
         y_size = (size_t)b->blocks * (size_t)work->stride;
@@ -168,7 +168,7 @@ static void read(perp__sweep_work *work)
 
 /* Whether what is left is more than the limit leaves room for, at the rate since there were a
  * quarter as many sweeps: over less they often stand still, and go on. */
-static int32_t is_too_slow(perp__sweep_work *work, int64_t limit)
+static bool is_too_slow(perp__sweep_work *work, int64_t limit)
 {
     const perp__contact_problem *problem = work->common.problem;
     const double before = work->looked[0];
@@ -188,7 +188,7 @@ static int32_t is_too_slow(perp__sweep_work *work, int64_t limit)
 
 /* A sweep that hardly changes r: is r the solution? `share` of tol is what the change has to be
  * for the question to be worth its cost. */
-static int32_t is_solved(perp__sweep_work *work, double change)
+static bool is_solved(perp__sweep_work *work, double change)
 {
     const double tol = work->common.problem->tol;
     double residual;
@@ -274,7 +274,7 @@ static perp_status solve(void *object, perp__contact_iterate *iterate)
     start(work, iterate);
     while (outcome < 0 && work->sweeps < limit) {
         double change;
-        int32_t is_hopeless;
+        bool is_hopeless;
 
         /* 1. One sweep, from where mixing the last ones leads to. */
         if (work->sweeps > 0)

@@ -11,9 +11,7 @@
 /* Everything in the turned frame: t = (c t1 + s t2, -s t1 + c t2) of the caller's. */
 typedef struct perp__local {
     double inverse_normal; /* 1 / W_nn */
-    double a[2];
-    double s[2], inverse_s[2];
-    double mu;
+    double a[2], s[2], inverse_s[2], mu;
     double slip; /* the last multiplier: where the next search begins */
     double turn[2];
     int32_t dim;
@@ -65,8 +63,7 @@ enum { PERP__PACKED_WIDTH = 6, PERP__PACKED_ROW = 12 };
  * tangents of one that holds both ways, beside normals that follow them by A. */
 typedef struct perp__sweep_discs {
     perp__local part[3];
-    double A[3 * 2];
-    double W[PERP__ROWS_MOST * PERP__ROWS_MOST];
+    double A[3 * 2], W[PERP__ROWS_MOST * PERP__ROWS_MOST];
 } perp__sweep_discs;
 
 /* A contact of at most 3 rows on at most 2 blocks of 3 or 6 unknowns (pass.c). */
@@ -116,7 +113,7 @@ typedef struct perp__sweep_work {
 double perp__sweep_pass(perp__sweep_work *work);
 
 /* Whether contact k can be packed; packs it. */
-int32_t perp__sweep_packs(const perp__sweep_work *work, int32_t k);
+bool perp__sweep_packs(const perp__sweep_work *work, int32_t k);
 void perp__sweep_pack(perp__sweep_work *work, int32_t k, perp__packed_contact *packed);
 
 /* r := x of the caller's frame; x := r in the caller's frame, within its cones. */

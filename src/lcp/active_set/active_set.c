@@ -35,7 +35,7 @@ void perp__active_set_layout(perp__arena *arena, void *object)
     perp__active_set *work = object;
     const perp__lcp_problem *problem = work->common.problem;
     const size_t n = (size_t)problem->n;
-    const int32_t tridiagonal = problem->block->kind == PERP__SPARSE_TRIDIAGONAL;
+    const bool tridiagonal = problem->block->kind == PERP__SPARSE_TRIDIAGONAL;
 
     perp__tridiagonal_lcp_layout(arena, &work->tridiagonal, tridiagonal ? n : 0);
     PERP__DOUBLES(arena, n, &work->w, &work->step, &work->weights);
@@ -77,7 +77,7 @@ static perp_status approach(perp__active_set *work, const int8_t *places, double
                             double goal)
 {
     const perp__lcp_problem *p = work->common.problem;
-    const int32_t is_dense = p->block->kind == PERP__DENSE; /* factors need no start */
+    const bool is_dense = p->block->kind == PERP__DENSE; /* factors need no start */
     perp_status status;
     int32_t count = 0, round, i, k;
 
@@ -193,7 +193,7 @@ static perp_status exchange_all(perp__active_set *work, perp__lcp_iterate *itera
     int32_t fewest = p->n + 1, patience = limits->patience, half = p->n, creeps = 0;
     int8_t *places = iterate->places;
     perp_status status = PERP_OK;
-    int32_t may_follow =
+    bool may_follow =
         p->block->kind == PERP__SPARSE_SYMMETRIC && limits->singles && !p->block->has_z_signs;
 
     iterate->outcome = -1;

@@ -73,8 +73,8 @@ perp_status perp__nested_fit(perp__nested *nested, perp__multigrid *grid);
 /* Finds z and places near the solution's. With `warm`, from z on the finest level alone. Returns 0
  * if z overflowed. Adds its steps on the finest level to *iterations; *request is what stopped it,
  * or -1. */
-int32_t perp__nested_run(perp__nested *nested, const perp__lcp_problem *problem, int32_t warm,
-                         double *z, int8_t *places, int64_t *iterations, perp_outcome *request);
+bool perp__nested_run(perp__nested *nested, const perp__lcp_problem *problem, bool warm, double *z,
+                      int8_t *places, int64_t *iterations, perp_outcome *request);
 
 void perp__nested_release(perp__nested *nested);
 

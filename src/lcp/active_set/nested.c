@@ -168,7 +168,7 @@ static void settle(perp__nested *nested, const perp__lcp_problem *problem, int32
                    int64_t *iterations, perp_outcome *request)
 {
     const int32_t n = nested->grid->level[k].n;
-    const int32_t only_sweeps = nested->grid->unsymmetric;
+    const bool only_sweeps = nested->grid->unsymmetric;
     int32_t changes, cycles = FEW_CYCLES + 1; /* there are no coarse matrices yet */
 
     *request = perp__is_past(nested->grid->deadline) ? PERP_OUTCOME_TIME_LIMIT : *request;
@@ -188,8 +188,8 @@ static void settle(perp__nested *nested, const perp__lcp_problem *problem, int32
     }
 }
 
-int32_t perp__nested_run(perp__nested *nested, const perp__lcp_problem *problem, int32_t warm,
-                         double *z, int8_t *places, int64_t *iterations, perp_outcome *request)
+bool perp__nested_run(perp__nested *nested, const perp__lcp_problem *problem, bool warm, double *z,
+                      int8_t *places, int64_t *iterations, perp_outcome *request)
 {
     const int32_t last = nested->grid->levels - 1;
     perp__nested_level *finest = &nested->level[0];

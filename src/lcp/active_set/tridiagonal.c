@@ -47,7 +47,7 @@ void perp__tridiagonal_lcp_layout(perp__arena *arena, perp__tridiagonal_lcp *wor
     work->examined = 0; /* another matrix, other bounds */
 }
 
-static int32_t is_fixed(const scan *s, int32_t i)
+static bool is_fixed(const scan *s, int32_t i)
 {
     return s->problem->lower[i] == s->problem->upper[i];
 }
@@ -139,7 +139,7 @@ static void settle(scan *s)
     }
 }
 
-static int32_t is_free(const scan *s, int32_t i)
+static bool is_free(const scan *s, int32_t i)
 {
     return i < s->T->n && !isfinite(bound_of(s, i));
 }
@@ -154,7 +154,7 @@ static void enter_all(scan *s)
     s->top = -1;
     while (i < T->n) {
         const int32_t is_inside = is_free(s, i), first = is_inside ? i : i + 1;
-        const int32_t has_ahead = is_free(s, first);
+        const bool has_ahead = is_free(s, first);
         run ahead = {0};
 
         if (has_ahead)
@@ -165,7 +165,7 @@ static void enter_all(scan *s)
             join(&ahead, &next);
         }
         if (!is_inside && !is_fixed(s, i)) {
-            const int32_t touches = s->top >= 0 && s->runs[s->top].b == i - 1;
+            const bool touches = s->top >= 0 && s->runs[s->top].b == i - 1;
             double w = s->q[i];
 
             if (touches)
@@ -232,7 +232,7 @@ static perp_status solve_equations(const scan *s, int8_t *places, double *z, int
 
 /* The problem without positive couplings, as central differences leave a few, its bounds on one
  * side shifted to 0. Returns 0 if it is not one for this method. */
-static int32_t begin(scan *s, perp__tridiagonal_lcp *work, const perp__lcp_problem *problem)
+static bool begin(scan *s, perp__tridiagonal_lcp *work, const perp__lcp_problem *problem)
 {
     const perp__tridiagonal *T = &problem->block->T;
     perp__tridiagonal *Z = &work->Z;

@@ -170,7 +170,7 @@ static perp_status run(perp__lcp_all *all, const double *q)
     const double started = perp__now();
     perp_lcp_solver *solver = all->solver;
     const perp__matrix *M = &solver->M;
-    int32_t finite = 1;
+    bool finite = 1;
     perp_status status;
 
     perp__open_control(solver, started);
@@ -183,7 +183,7 @@ static perp_status run(perp__lcp_all *all, const double *q)
      * become 0 there hide index sets. */
     for (int32_t line = 0; line < all->n; line++) {
         const perp__line l = perp__line_of(M, line);
-        const int32_t rows = perp__lines_are_rows(M);
+        const bool rows = perp__lines_are_rows(M);
 
         for (int32_t k = 0; k < l.count; k++) {
             const int32_t at = l.indices ? l.indices[k] : k;
@@ -254,13 +254,13 @@ perp_status perp_lcp_all(perp_context *context, perp_lcp_enumeration *result,
  * has more than two places. */
 enum { LARGEST_LAST_WORD = 12, LARGEST_INSISTENT = 20 };
 
-int32_t perp__has_last_word(const perp_lcp_solver *solver)
+bool perp__has_last_word(const perp_lcp_solver *solver)
 {
     return solver->settings.method == PERP_LCP_AUTO &&
            solver->n <= (solver->insists ? LARGEST_INSISTENT : LARGEST_LAST_WORD);
 }
 
-void perp__lcp_insist(perp_lcp_solver *solver, int32_t insists)
+void perp__lcp_insist(perp_lcp_solver *solver, bool insists)
 {
     solver->insists = insists;
 }

@@ -71,8 +71,7 @@ perp__evaluation perp__lcp_all_evaluate(perp__lcp_all *all, const int8_t *places
 
 /* The front door's test, but for rows that others hide: of such a point nobody knows. Points of a
  * family are not refined: `size` allows for their rounding. */
-int32_t perp__lcp_all_is_solution(perp__lcp_all *all, const perp__evaluation *residuals,
-                                  double size);
+bool perp__lcp_all_is_solution(perp__lcp_all *all, const perp__evaluation *residuals, double size);
 
 /* Whether a family has an answer: of perp__answers. */
 int32_t perp__lcp_all_holds(void *user, perp__answer *outer, const perp__answer *inner);
@@ -83,7 +82,7 @@ void perp__lcp_all_report(perp__lcp_all *all, perp__answer *answer);
 /* ---- the last word of `auto` on small problems ----------------------------------------------- */
 
 /* Whether the solver's problem is small enough and its method `auto`. */
-int32_t perp__has_last_word(const perp_lcp_solver *solver);
+bool perp__has_last_word(const perp_lcp_solver *solver);
 
 /* Searches the index sets and keeps the first solution that the gate takes as the best candidate.
  * PERP_OK, _MEMORY, or _CALLBACK if the monitor aborts. */

@@ -33,8 +33,7 @@ perp__evaluation perp__lcp_all_evaluate(perp__lcp_all *all, const int8_t *places
     return perp__evaluate(solver);
 }
 
-int32_t perp__lcp_all_is_solution(perp__lcp_all *all, const perp__evaluation *residuals,
-                                  double size)
+bool perp__lcp_all_is_solution(perp__lcp_all *all, const perp__evaluation *residuals, double size)
 {
     const perp__evidence evidence = perp__lcp_evidence(all->solver, residuals, fmax(1.0, size));
 
@@ -108,8 +107,8 @@ perp_status perp__lcp_all_point(perp__lcp_all *all)
 
 /* Whether z (constant = 1) or every point along it (0) keeps the equations of an index set: the
  * bounds first, which cost nothing. */
-static int32_t keeps_equations(const perp__lcp_all *all, const int8_t *places, const double *z,
-                               int32_t constant)
+static bool keeps_equations(const perp__lcp_all *all, const int8_t *places, const double *z,
+                            bool constant)
 {
     const perp_lcp_solver *solver = all->solver;
     const double largest = perp__largest(z, all->n);
@@ -150,12 +149,12 @@ int32_t perp__lcp_all_holds(void *user, perp__answer *outer, const perp__answer 
 }
 
 /* Whether z = origin + sum t_k directions_k, for all t, keeps the equations of a family kept. */
-static int32_t is_covered(const perp__lcp_all *all, int32_t count)
+static bool is_covered(const perp__lcp_all *all, int32_t count)
 {
     const perp__answer *family;
 
     for (family = all->answers.first; family; family = family->next) {
-        int32_t covered =
+        bool covered =
             family->dimension > 0 && keeps_equations(all, family->pattern, all->origin, 1);
 
         for (int32_t k = 0; k < count && covered; k++)

@@ -17,8 +17,8 @@ static const double slack = 1e-8;
 
 /* The largest entry of the equations' rows in the pending columns that is large enough: on the way
  * beside its row, at the end beside the matrix's. */
-static int32_t find_pivot(const perp__lcp_all *all, const perp__tableau *level, int32_t depth,
-                          int32_t *row, int32_t *column)
+static bool find_pivot(const perp__lcp_all *all, const perp__tableau *level, int32_t depth,
+                       int32_t *row, int32_t *column)
 {
     double best = 0.0;
 
@@ -92,7 +92,7 @@ static double find_most(const perp__lcp_all *all, const perp__tableau *level, in
 }
 
 /* Whether every row can still get what its place asks for. */
-static int32_t is_possible(const perp__lcp_all *all, const perp__tableau *level, int32_t depth)
+static bool is_possible(const perp__lcp_all *all, const perp__tableau *level, int32_t depth)
 {
     for (int32_t i = 0; i < all->n; i++) {
         const int32_t kind = level->kind[i], b = level->basic[i];

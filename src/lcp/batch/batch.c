@@ -96,7 +96,7 @@ static perp_status solve_alone(batch_worker *worker, int64_t problem)
 }
 
 /* Takes the lane's answer if it is surely one: own is +inf where it or w may not be finite. */
-static int32_t take_answer(batch_worker *worker, int64_t problem, int32_t lane)
+static bool take_answer(batch_worker *worker, int64_t problem, int32_t lane)
 {
     const batch *b = worker->batch;
     const perp__batch_group *g = &worker->group;
@@ -129,7 +129,7 @@ static void work(int32_t which, void *workers)
             perp__arena_fit(&worker->arena, &worker->context, perp__batch_group_layout, g);
     }
     for (int64_t at = worker->first; at < worker->end && worker->status == PERP_OK; at += stride) {
-        const int32_t late = perp__is_past(b->deadline);
+        const bool late = perp__is_past(b->deadline);
         int32_t takes[8] = {0};
 
         if (b->kernel && !late) {

@@ -145,7 +145,7 @@ static TARGET lanes NAME(solve_set)(const perp__batch_group *g)
 
 /* change, target; returns how many indices are out of place, beyond rounding for w. z_is_zero: in
  * all lanes. */
-static TARGET lanes NAME(find_changes)(const perp__batch_group *g, int32_t z_is_zero)
+static TARGET lanes NAME(find_changes)(const perp__batch_group *g, bool z_is_zero)
 {
     const size_t n = (size_t)g->n;
     const lanes half = spread(0.5), one = spread(1.0), zero = spread(0.0);

@@ -16,8 +16,7 @@ struct perp_lcp_sensitivity {
     PERP__HANDLE;
     perp_lcp_solver *solver; /* the problem, its scaling, and z with its w */
     perp__arena arena;
-    int32_t n, count;
-    int32_t verdict;
+    int32_t n, count, verdict;
     int8_t *places;                      /* enum perp__place */
     int32_t *active;                     /* the rows that are between */
     int32_t *position;                   /* where a row is among them, or -1 */
@@ -75,7 +74,7 @@ static perp_status factor(perp_lcp_sensitivity *s, double *condition)
     return PERP_OK;
 }
 
-int32_t perp__lcp_verdict(int32_t good, double condition, double margin, double tol)
+int32_t perp__lcp_verdict(bool good, double condition, double margin, double tol)
 {
     if (!good)
         return PERP_VERDICT_NOT_A_SOLUTION;
@@ -102,7 +101,7 @@ static void find_verdict(perp_lcp_sensitivity *s, perp_lcp_sensitivity_info *inf
 {
     perp_lcp_solver *solver = s->solver;
     const perp__evidence evidence = perp__lcp_evidence(solver, residuals, 1.0);
-    const int32_t good = perp__is_good(perp__gate(&evidence, solver->settings.tol, -1));
+    const bool good = perp__is_good(perp__gate(&evidence, solver->settings.tol, -1));
     double largest = -1.0;
     int32_t least = -1, worst = -1;
 
@@ -305,7 +304,7 @@ static perp_status adjoint(perp_lcp_sensitivity *s, double *p, double *lower, do
     solve(s, s->rhs, 1);
     for (int32_t i = 0; i < s->n; i++) {
         const int32_t place = s->places[i];
-        const int32_t asked = place == PERP__AT_UPPER ? upper != NULL : lower != NULL;
+        const bool asked = place == PERP__AT_UPPER ? upper != NULL : lower != NULL;
 
         s->product[i] = place == PERP__BETWEEN || !asked
                             ? 0.0
@@ -314,7 +313,7 @@ static perp_status adjoint(perp_lcp_sensitivity *s, double *p, double *lower, do
     status = perp__check_finite(s->context, "p", s->rhs, (size_t)s->n);
     PERP__THEN(status, perp__check_finite(s->context, "lower or upper", s->product, (size_t)s->n));
     for (int32_t i = 0; i < s->n && status == PERP_OK; i++) {
-        const int32_t is_upper = s->places[i] == PERP__AT_UPPER;
+        const bool is_upper = s->places[i] == PERP__AT_UPPER;
 
         if (p)
             p[i] = s->rhs[i];

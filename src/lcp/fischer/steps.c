@@ -21,7 +21,7 @@
 
 /* Solves (W + S) x = b with x given on the rows of infinite weight W, and b on the others.
  * `uniform`: all finite weights are the same. PERP_OK, PERP__FACTOR_SINGULAR or _MEMORY. */
-static perp_status solve_rows(perp__fischer_state *s, int32_t uniform, double *x)
+static perp_status solve_rows(perp__fischer_state *s, bool uniform, double *x)
 {
     perp__sparse_block *block = s->common.problem->block;
     double *part = s->newton.part, *image = s->newton.image;
@@ -71,7 +71,7 @@ static perp_status try_places(perp__fischer_state *s, double rho)
     perp_status status;
 
     for (int32_t i = 0; i < f->n; i++) {
-        const int32_t between = s->places[i] == PERP__BETWEEN;
+        const bool between = s->places[i] == PERP__BETWEEN;
 
         s->weights[i] = between ? rho : INFINITY;
         f->d[i] = between                          ? -f->w[i]

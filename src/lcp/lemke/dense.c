@@ -107,19 +107,19 @@ static void drop(perp__lemke *l, int32_t c)
     l->nonbasic[c] = l->nonbasic[l->tableau.columns];
 }
 
-static int32_t is_free(const perp__lemke *l, int32_t pair)
+static bool is_free(const perp__lemke *l, int32_t pair)
 {
     const int32_t i = l->index[pair];
 
     return l->head.problem->lower[i] == -INFINITY && l->head.problem->upper[i] == INFINITY;
 }
 
-static int32_t is_free_equation(const perp__lemke *l, int32_t r)
+static bool is_free_equation(const perp__lemke *l, int32_t r)
 {
     return l->basic[r] >= l->pairs && is_free(l, l->basic[r] - l->pairs);
 }
 
-static int32_t is_free_variable(const perp__lemke *l, int32_t c)
+static bool is_free_variable(const perp__lemke *l, int32_t c)
 {
     return l->nonbasic[c] < l->pairs && is_free(l, l->nonbasic[c]);
 }
@@ -223,14 +223,14 @@ static perp_status start(perp__lemke *l, const perp__lcp_iterate *iterate)
 }
 
 /* Whether x_k is basic at the start. */
-static int32_t enters(const perp__lemke *l, int32_t k)
+static bool enters(const perp__lemke *l, int32_t k)
 {
     return is_free(l, k) || l->places[l->index[k]] == PERP__BETWEEN;
 }
 
 /* The block principal transform, one exchange after the other: the tableau applies them together.
  * Which v goes with which x is of no account. Returns 0 if there is no good pivot. */
-static int32_t transform(perp__lemke *l)
+static bool transform(perp__lemke *l)
 {
     for (int32_t c = 0; c < l->pairs; c++) {
         double largest = 0.0;
@@ -259,7 +259,7 @@ static int32_t transform(perp__lemke *l)
 
 /* Two sweeps from a cold start: they cost less than a basis, and may solve the problem. If not,
  * active sets begin where they end; where the residual fell, that is: *fell. */
-static int32_t sweeps_solve(perp__lemke *l, perp__lcp_iterate *iterate, int32_t *fell)
+static bool sweeps_solve(perp__lemke *l, perp__lcp_iterate *iterate, int32_t *fell)
 {
     const perp__lcp_problem *p = l->head.problem;
     const int32_t most = p->iteration_limit == 1 ? 1 : 2;
@@ -287,7 +287,7 @@ static int32_t sweeps_solve(perp__lemke *l, perp__lcp_iterate *iterate, int32_t 
 /* Whether active sets from cold may pay: not where many couplings are larger than a positive
  * definite M + M' can have; one a row is looked at. The more of M is skew, the more rounds they
  * take, each an LU: too many where sweeps come no nearer, either. */
-static int32_t may_crash(const perp__lcp_problem *p, int32_t fell)
+static bool may_crash(const perp__lcp_problem *p, int32_t fell)
 {
     const perp__matrix *M = p->M;
     int32_t large = 0;

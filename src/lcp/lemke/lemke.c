@@ -88,7 +88,7 @@ int32_t perp__lemke_name_pairs(perp__lemke *l)
     l->pairs = 0;
     for (i = 0; i < p->n; i++) {
         const double lower = p->lower[i], upper = p->upper[i];
-        const int32_t from_above = lower == -INFINITY && upper != INFINITY;
+        const bool from_above = lower == -INFINITY && upper != INFINITY;
 
         l->base[i] = from_above ? upper : lower == -INFINITY ? 0.0 : lower;
         plain &= lower != upper && !from_above;
@@ -110,16 +110,15 @@ static double draw(int32_t stream, int32_t k)
 static void write_point(const perp__lemke *l, perp__lcp_iterate *iterate)
 {
     const perp__lcp_problem *p = l->head.problem;
-    int32_t i;
 
-    for (i = 0; i < p->n; i++) {
+    for (int32_t i = 0; i < p->n; i++) {
         iterate->z[i] = l->base[i];
         iterate->places[i] = PERP__FIXED;
     }
     for (int32_t k = 0; k < l->pairs; k++) {
-        const int32_t upper_side = (l->at_upper[k] != 0) != (l->sign[k] < 0);
+        const bool upper_side = (l->at_upper[k] != 0) != (l->sign[k] < 0);
+        const int32_t i = l->index[k];
 
-        i = l->index[k];
         if (l->row_of[k] >= 0)
             iterate->z[i] += l->sign[k] * l->column_unit[k] * l->b[l->row_of[k]];
         else if (l->at_upper[k])
@@ -148,12 +147,12 @@ static void write_ray(const perp__lemke *l, perp__lcp_iterate *iterate)
 {
     const double least = l->basis->noise * perp__largest(l->column, l->pairs);
     const double dt = speed_of(l, perp__lemke_t(l), least);
-    int32_t i;
 
-    for (i = 0; i < l->head.problem->n; i++)
+    for (int32_t i = 0; i < l->head.problem->n; i++)
         iterate->ray[i] = iterate->covering[i] = 0.0;
     for (int32_t k = 0; k < l->pairs; k++) {
-        i = l->index[k];
+        const int32_t i = l->index[k];
+
         iterate->ray[i] += l->sign[k] * l->column_unit[k] * speed_of(l, k, least);
         if (l->twin[k] < 0 || l->sign[k] > 0)
             iterate->covering[i] = l->sign[k] * l->covering[k] / l->row_unit[k] * dt;
@@ -197,7 +196,7 @@ perp_status perp__lemke_crash(perp__lemke *l, perp__lcp_iterate *iterate, int32_
 static perp_status solve_near(perp__lemke *l, perp__lcp_iterate *iterate, int32_t *done)
 {
     enum perp__lemke_guess guess = PERP__GUESS_NONE;
-    int32_t covers = iterate->missing >= 0;
+    bool covers = iterate->missing >= 0;
     double worst = 0.0;
     perp_status status;
 
@@ -315,7 +314,7 @@ static perp_status tighten(perp__lemke *l, perp__lcp_iterate *iterate)
 static perp_status solve_cold(perp__lemke *l, perp__lcp_iterate *iterate)
 {
     const perp__lcp_problem *p = l->head.problem;
-    const int32_t random = l->trial->random || iterate->rays > 0;
+    const bool random = l->trial->random || iterate->rays > 0;
     perp_status status = l->basis->start(l, iterate);
     double size;
     int32_t t_row;

@@ -78,8 +78,7 @@ void perp__tableau_flush(perp__tableau *t);
 typedef struct perp__lemke_rows {
     size_t length; /* padding included */
     const double *b, *low, *high, *column;
-    double direction;
-    double slack;
+    double direction, slack;
     double smallest_pivot; /* relative to the column's largest entry; slower rows do not block */
     double noise;          /* the same for the row `always` */
     int32_t always;        /* this row blocks however slow it is, but for noise; -1: none such */
@@ -252,7 +251,7 @@ static inline int32_t perp__lemke_pair(const perp__lemke *l, int32_t variable)
 }
 
 /* Whether x_k is free and stands for the whole of its variable: it never leaves the basis. */
-int32_t perp__lemke_is_free(const perp__lemke *l, int32_t k);
+bool perp__lemke_is_free(const perp__lemke *l, int32_t k);
 
 /* lemke.c: every variable that is not fixed is a pair, x at 0; base. Returns whether the pairs are
  * the variables as they come, unchanged in sign. */
@@ -288,7 +287,7 @@ void perp__lemke_index(perp__lemke *l);
 
 /* units.c: takes back a scaling of the rows, where one is found in a tableau that is -M yet. eager:
  * also where the norms of the rows do not differ much. */
-void perp__lemke_choose_units(perp__lemke *l, int32_t eager);
+void perp__lemke_choose_units(perp__lemke *l, bool eager);
 
 /* sparse.c: memory of the factors. */
 void perp__factored_layout(perp__arena *arena, perp__lemke *l);

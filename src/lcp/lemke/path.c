@@ -23,7 +23,7 @@ const perp__row_kernels *perp__row_kernels_number(int32_t number)
     return number >= 0 && number <= widest ? kernels[widest - number] : NULL;
 }
 
-int32_t perp__lemke_is_free(const perp__lemke *l, int32_t k)
+bool perp__lemke_is_free(const perp__lemke *l, int32_t k)
 {
     const perp__lcp_problem *p = l->head.problem;
 
@@ -71,8 +71,7 @@ double perp__lemke_violation(const perp__lemke *l, int32_t r)
 /* How far the basic variable of row r is from the limit it moves towards, and how fast it moves for
  * a unit of the entering variable. Returns 0 where it does not block: no limit, or slower than
  * `floor`. */
-static int32_t find_distance(const perp__lemke *l, int32_t r, double floor, double *far,
-                             double *speed)
+static bool find_distance(const perp__lemke *l, int32_t r, double floor, double *far, double *speed)
 {
     double rate = -l->direction * l->column[r];
 
@@ -239,7 +238,7 @@ static void enter_partner(perp__lemke *l, int32_t leaving, int32_t left_at_upper
  * ends, else the next entering variable. */
 static perp_status advance(perp__lemke *l, perp_outcome *outcome)
 {
-    const int32_t is_x = l->entering < l->pairs;
+    const bool is_x = l->entering < l->pairs;
     const double own_range = is_x ? l->range[l->entering] : INFINITY;
     const double from = is_x && l->at_upper[l->entering] ? own_range : 0.0;
     double far = 0.0, speed = 1.0;
@@ -302,7 +301,7 @@ perp_status perp__lemke_follow_path(perp__lemke *l, perp__lcp_iterate *iterate, 
     /* 3. Steps of the path, until it ends. */
     for (iterate->iterations = 1; status == PERP_OK && outcome < 0; iterate->iterations++) {
         const perp__tableau *t = &l->tableau; /* the next one may be what all of it waits for */
-        const int32_t waits = l->basis == &perp__lemke_dense && t->pending + 1 >= t->delay;
+        const bool waits = l->basis == &perp__lemke_dense && t->pending + 1 >= t->delay;
 
         if (iterate->iterations >= limit)
             outcome = PERP_OUTCOME_ITERATION_LIMIT;

@@ -153,7 +153,7 @@ static perp_status load(perp__lemke *l)
 
 /* Makes the complementary basis that l->places describe the current one, factored, with its values;
  * free variables are basic, or split. PERP_OK, PERP__FACTOR_SINGULAR or PERP_ERROR_MEMORY. */
-static perp_status take_places(perp__lemke *l, int32_t split)
+static perp_status take_places(perp__lemke *l, bool split)
 {
     perp__factored *f = &l->factored;
     int32_t first;
@@ -246,7 +246,7 @@ static perp_status start_near(perp__lemke *l, perp__lcp_iterate *iterate,
 {
     const perp__lcp_problem *p = l->head.problem;
     const double *z = iterate->z;
-    int32_t has_diagonal = 1; /* that of a P-matrix: all variables with a bound do */
+    bool has_diagonal = 1; /* that of a P-matrix: all variables with a bound do */
     perp_status status = PERP_OK;
 
     if (p->settings->pivot_rule == PERP_PIVOT_LEXICOGRAPHIC)
@@ -265,7 +265,7 @@ static perp_status start_near(perp__lemke *l, perp__lcp_iterate *iterate,
     if (status != PERP_OK || *guess != PERP__GUESS_NONE || !p->settings->crash)
         return status;
     for (int32_t i = 0; i < p->n; i++) {
-        const int32_t is_free = p->lower[i] == -INFINITY && p->upper[i] == INFINITY;
+        const bool is_free = p->lower[i] == -INFINITY && p->upper[i] == INFINITY;
 
         if (p->lower[i] < p->upper[i] && !is_free && !(perp__entry(p->M, i, i) > 0.0))
             has_diagonal = 0;

@@ -186,7 +186,7 @@ void perp__tableau_flush(perp__tableau *t)
 {
     const size_t columns = (size_t)t->columns, ld = (size_t)t->leading_dimension;
     const size_t pending = (size_t)t->pending;
-    const int32_t is_small = t->rows < FUSED_FROM;
+    const bool is_small = t->rows < FUSED_FROM;
 
     for (int32_t c = 0; c < t->columns && is_small; c++)
         perp__tableau_column(t, c, t->T + (size_t)c * ld);

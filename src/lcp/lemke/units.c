@@ -18,7 +18,7 @@ static double size_of(const perp__lemke *l, int32_t i, int32_t j)
     return fabs(l->tableau.T[(size_t)i + (size_t)j * (size_t)l->tableau.leading_dimension]);
 }
 
-static int32_t is_coupled(const perp__lemke *l, int32_t i, int32_t j)
+static bool is_coupled(const perp__lemke *l, int32_t i, int32_t j)
 {
     const double product = size_of(l, i, j) * size_of(l, j, i);
 
@@ -70,7 +70,7 @@ static void find_units(perp__lemke *l)
 }
 
 /* Does R make M symmetric in size, up to a factor of two? column_unit becomes sqrt(R). */
-static int32_t is_symmetric(perp__lemke *l)
+static bool is_symmetric(perp__lemke *l)
 {
     double least = INFINITY, most = -INFINITY;
 
@@ -127,12 +127,12 @@ static void fit_without_diagonal(perp__lemke *l)
     }
 }
 
-void perp__lemke_choose_units(perp__lemke *l, int32_t eager)
+void perp__lemke_choose_units(perp__lemke *l, bool eager)
 {
     const size_t ld = (size_t)l->tableau.leading_dimension;
     const double *norms = l->head.problem->row_norms;
     double least = INFINITY, most = 0.0;
-    int32_t found;
+    bool found;
 
     /* 1. Whether the tableau is the start's, -M, and rows are so unlike that units may matter. */
     for (int32_t k = 0; k < l->pairs; k++) {

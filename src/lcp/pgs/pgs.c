@@ -106,7 +106,7 @@ static perp_status check(const perp__lcp_problem *problem)
     return status;
 }
 
-static int32_t moves(const perp__lcp_problem *problem, int32_t i)
+static bool moves(const perp__lcp_problem *problem, int32_t i)
 {
     return problem->lower[i] < problem->upper[i] && problem->row_norms[i] > 0.0;
 }
@@ -118,8 +118,8 @@ static void read_problem(pgs_work *work, const double *z)
     const perp__lcp_problem *problem = work->common.problem;
     const perp_lcp_settings *settings = problem->settings;
     perp__sweeper *sweeper = &work->sweeper;
-    int32_t is_read = work->relaxation == settings->relaxation &&
-                      work->scaling == settings->scaling && work->sweep == settings->sweep;
+    bool is_read = work->relaxation == settings->relaxation && work->scaling == settings->scaling &&
+                   work->sweep == settings->sweep;
 
     for (int32_t i = 0; i < problem->n && is_read; i++)
         is_read = moves(problem, i) == (work->step[i] != 0.0);
@@ -152,7 +152,7 @@ static void read_problem(pgs_work *work, const double *z)
 /* The last sweep's residual is small enough: is the tested one of its last z, as precise as the
  * front door's? Costs as much as ten sweeps, so after a no some sweeps
  * pass before the question is asked again. */
-static int32_t is_solved(pgs_work *work)
+static bool is_solved(pgs_work *work)
 {
     const perp__lcp_problem *problem = work->common.problem;
     const double *z = work->sweeper.z;
@@ -170,7 +170,7 @@ static int32_t is_solved(pgs_work *work)
 
 /* Whether what is left is more than the limit leaves room for, at the rate since there were half as
  * many sweeps. It falls as sweeps go on: who is too slow now will not be in time. */
-static int32_t is_too_slow(pgs_progress *progress, double tol, int64_t sweeps, int64_t limit)
+static bool is_too_slow(pgs_progress *progress, double tol, int64_t sweeps, int64_t limit)
 {
     const double before = progress->looked;
     double needed;
@@ -218,9 +218,9 @@ static void gradient_after(conjugate *gradient, perp__sweeper *sweeper)
 static int32_t advance(pgs_work *work, int64_t limit, double *residuals)
 {
     const perp__lcp_problem *problem = work->common.problem;
-    const int32_t pair = work->sweep == PERP_SWEEP_SYMMETRIC, is_odd = work->sweeps % 2 == 1;
+    const bool pair = work->sweep == PERP_SWEEP_SYMMETRIC, is_odd = work->sweeps % 2 == 1;
     const size_t bytes = (size_t)problem->n * sizeof(double);
-    const int32_t at_once =
+    const bool at_once =
         work->sweeper.rows.entries > ENTRIES_IN_CACHE && !pair && work->restarts == RESTARTS_MOST;
     const int64_t most = at_once ? PERP__SWEEPS_AT_ONCE : 1, left = limit - work->sweeps;
     const int32_t count = (int32_t)(most < left ? most : left);
@@ -251,7 +251,7 @@ static int32_t advance(pgs_work *work, int64_t limit, double *residuals)
 }
 
 /* Whether the active set has been the same for long enough to ask the polish. */
-static int32_t is_settled(pgs_work *work)
+static bool is_settled(pgs_work *work)
 {
     const perp__rows *rows = &work->sweeper.rows;
     const double *z = work->sweeper.z;

@@ -29,7 +29,7 @@ void perp__rows_layout(perp__arena *arena, perp__rows *rows, const perp__lcp_pro
 
 /* Entries of z on either side of a core: row and column within the slice. A sweep forward settles
  * all columns but those of the rows before; a sweep in both directions settles none. */
-static int32_t in_core(const perp__rows *rows, int32_t row, int32_t column)
+static bool in_core(const perp__rows *rows, int32_t row, int32_t column)
 {
     return column < row - 1 || (rows->symmetric && column > row + 1);
 }
@@ -225,7 +225,7 @@ static void sort_slice(sorting *sort, int32_t s)
 }
 
 void perp__rows_read(perp__rows *rows, const perp__lcp_problem *problem, const double *step,
-                     int32_t symmetric)
+                     bool symmetric)
 {
     sorting sort = {.rows = rows};
 

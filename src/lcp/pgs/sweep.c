@@ -131,7 +131,7 @@ PERP__KERNEL static double recur(const perp__rows *rows, const perp__slice *slic
 /* sum := (1 - omega) z - load - the neighbours and contiguous slots. `own` is z at the slice. */
 PERP__KERNEL static void add_contiguous(const perp__sweeper *sweeper, const perp__slice *slice,
                                         const double *limits, double *old, double *sum,
-                                        int32_t backward)
+                                        bool backward)
 {
     const double *restrict values = sweeper->rows.values + slice->values;
     const int32_t *restrict columns = sweeper->rows.columns + slice->columns;
@@ -167,7 +167,7 @@ static int32_t slices_of(const perp__rows *rows, int32_t block)
 /* The residual of the pending block: with x what z_i moved to before it was projected, w_i is
  * (S_ii / omega) (z_i - x). `zero` collects w - w: 0, or NaN after an overflow. */
 PERP__KERNEL static void add_residual(const perp__rows *rows, perp__passage *passage,
-                                      int32_t has_upper)
+                                      bool has_upper)
 {
     const int32_t block = passage->pending, count = slices_of(rows, block);
     const perp__slice *slice = rows->slices + block * PERP__BLOCK;
@@ -208,7 +208,7 @@ PERP__KERNEL static void add_residual(const perp__rows *rows, perp__passage *pas
 
 /* One block of a sweep whose slices have at most `what`. */
 PERP__KERNEL static void pass(const perp__sweeper *sweeper, perp__passage *passage, int32_t block,
-                              int32_t what, int32_t backward)
+                              int32_t what, bool backward)
 {
     const perp__rows *rows = &sweeper->rows;
     const int32_t first = block * PERP__BLOCK, count = slices_of(rows, block);
@@ -247,7 +247,7 @@ PERP__KERNEL static void pass(const perp__sweeper *sweeper, perp__passage *passa
 
 /* Few variants for the blocks that are many. */
 PERP__KERNEL static void pass_any(const perp__sweeper *sweeper, perp__passage *passage,
-                                  int32_t block, int32_t backward)
+                                  int32_t block, bool backward)
 {
     enum {
         BOTH = PERP__HAS_LOWER | PERP__HAS_UPPER,

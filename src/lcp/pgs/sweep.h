@@ -69,7 +69,7 @@ void perp__rows_layout(perp__arena *arena, perp__rows *rows, const perp__lcp_pro
 /* Copies and scales the matrix. step[i] is omega / S_ii, or 0 where z_i is not to move: such a row
  * has entries of 0 and weight 0. load, lower and upper are the caller's to fill. */
 void perp__rows_read(perp__rows *rows, const perp__lcp_problem *problem, const double *step,
-                     int32_t symmetric);
+                     bool symmetric);
 
 /* Gauss-Seidel sweeps over it, with the residual met on the way. */
 

@@ -111,7 +111,7 @@ double perp__reciprocal_condition(int32_t n, double norm, double *work, perp__so
 
 perp_status perp__lu_factor_finite(int32_t n, double *A, int32_t *pivots)
 {
-    int32_t regular = perp__lu_factor(n, A, n, pivots) == 0;
+    bool regular = perp__lu_factor(n, A, n, pivots) == 0;
 
     for (int32_t i = 0; i < n; i++)
         regular = regular && isfinite(A[(size_t)i * ((size_t)n + 1)]);

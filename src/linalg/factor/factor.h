@@ -9,8 +9,7 @@
 typedef struct perp__square {
     int32_t n;
     const double *values;
-    const int32_t *column_starts;
-    const int32_t *row_indices;
+    const int32_t *column_starts, *row_indices;
 } perp__square;
 
 typedef struct perp__factor perp__factor;

@@ -54,7 +54,7 @@ PERP__KERNEL static void add_entries(int32_t width, const perp__fronts *f, const
     }
 }
 
-PERP__KERNEL static void add_child(int32_t width, int32_t symmetric, const perp__front *child,
+PERP__KERNEL static void add_child(int32_t width, bool symmetric, const perp__front *child,
                                    const double *from, const front_view *v)
 {
     const size_t rest = (size_t)child->rest * (size_t)width;
@@ -100,9 +100,9 @@ static void clear(double *x, size_t count)
 }
 
 /* Whether the determinant of A is negative: signs of pivots, and exchanges of rows. */
-static int32_t is_negative(const front_view *v)
+static bool is_negative(const front_view *v)
 {
-    int32_t negative = 0;
+    bool negative = 0;
 
     for (int32_t i = 0; i < (int32_t)v->pivots; i++)
         negative ^=
@@ -110,11 +110,11 @@ static int32_t is_negative(const front_view *v)
     return negative;
 }
 
-static int32_t eliminate_symmetric(const front_view *v, double deadline)
+static bool eliminate_symmetric(const front_view *v, double deadline)
 {
     const perp__front *front = v->front;
     const int32_t pivots = (int32_t)v->pivots, rest = (int32_t)v->rest, height = (int32_t)v->height;
-    int32_t fine = 1;
+    bool fine = 1;
 
     /* 1. L of the own columns; what follows a panel is brought up to date, with the panel's rows
      * as columns in `across`. */
@@ -150,7 +150,7 @@ static int32_t eliminate_symmetric(const front_view *v, double deadline)
     return fine;
 }
 
-static int32_t eliminate(const front_view *v)
+static bool eliminate(const front_view *v)
 {
     const perp__front *front = v->front;
     const int32_t pivots = (int32_t)v->pivots, rest = (int32_t)v->rest, height = (int32_t)v->height;

@@ -11,7 +11,7 @@
 #define PERP__MANY_SWEEPS 10
 
 /* S_ij < 0 and S_ij^2 > threshold^2 S_ii S_jj */
-static int32_t is_coupled(const perp__level *level, double threshold, int32_t i, int32_t k)
+static bool is_coupled(const perp__level *level, double threshold, int32_t i, int32_t k)
 {
     const int32_t j = level->rows[k];
     const double value = level->values[k];
@@ -146,7 +146,7 @@ static void layout_transfer(perp__arena *arena, void *object)
 static void layout_finest(perp__arena *arena, void *object)
 {
     perp__level *level = object;
-    const int32_t borrows = level->starts != NULL;
+    const bool borrows = level->starts != NULL;
 
     level->own_values = perp__arena_take(arena, level->entries, sizeof(double));
     level->own_starts =
@@ -243,7 +243,7 @@ static void fill_prolongation(perp__level *fine, const double *coarse_null, doub
 
 /* The pattern of P' S P; without `writes` it only counts. Returns the number of entries. */
 static size_t coarse_pattern(const perp__multigrid *grid, const perp__level *fine,
-                             const perp__level *coarse, int32_t writes)
+                             const perp__level *coarse, bool writes)
 {
     int32_t *marks = grid->marks;
     size_t entries = 0;

@@ -4,9 +4,9 @@
 #include <math.h>
 #include <string.h>
 
-int32_t perp__coarse_values(const perp__multigrid *grid, const perp__level *fine,
-                            const double *fine_values, const int8_t *inside,
-                            const perp__level *coarse, double *values, double *inverse_diagonal)
+bool perp__coarse_values(const perp__multigrid *grid, const perp__level *fine,
+                         const double *fine_values, const int8_t *inside, const perp__level *coarse,
+                         double *values, double *inverse_diagonal)
 {
     double *sums = grid->sums;
 
@@ -68,8 +68,8 @@ int32_t perp__multigrid_factor_bottom(perp__multigrid *grid, const double *value
     return perp__fronts_factor(&grid->bottom, 0, count);
 }
 
-int32_t perp__multigrid_take_block(perp__multigrid *grid, int32_t top, const int32_t *active,
-                                   int32_t count)
+bool perp__multigrid_take_block(perp__multigrid *grid, int32_t top, const int32_t *active,
+                                int32_t count)
 {
     const perp__level *bottom = &grid->level[grid->levels - 1];
 
@@ -108,7 +108,7 @@ static rows rows_of(const perp__multigrid *grid, int32_t k)
 }
 
 /* A Gauss-Seidel sweep; x is 0 outside of the block. */
-static void sweep(const rows *r, const double *b, double *x, int32_t forward)
+static void sweep(const rows *r, const double *b, double *x, bool forward)
 {
     for (int32_t step = 0; step < r->count; step++) {
         const int32_t k = forward ? step : r->count - 1 - step;
@@ -120,7 +120,7 @@ static void sweep(const rows *r, const double *b, double *x, int32_t forward)
 
 /* One V-cycle from x = 0, symmetric: sweeps forwards on the way down, backwards on the way up.
  * Returns 0 if the deadline ends it. */
-static int32_t cycle(perp__multigrid *grid, const double *b, double *x)
+static bool cycle(perp__multigrid *grid, const double *b, double *x)
 {
     const int32_t last = grid->levels - 1;
 

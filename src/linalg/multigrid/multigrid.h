@@ -80,8 +80,8 @@ perp_status perp__multigrid_build(perp__multigrid *grid, const perp__matrix *S);
  * < active[1] ...: those of P' S P where the rows of P outside of the block are zero (Graeser &
  * Kornhuber, "Multigrid methods for obstacle problems", J. Comput. Math. 27 (2009) 1). Returns 0 if
  * the coarsest one is not positive definite, or the deadline over. */
-int32_t perp__multigrid_take_block(perp__multigrid *grid, int32_t top, const int32_t *active,
-                                   int32_t count);
+bool perp__multigrid_take_block(perp__multigrid *grid, int32_t top, const int32_t *active,
+                                int32_t count);
 
 /* Other rows of the same level with the coarse matrices that are there: good for few changes. */
 void perp__multigrid_change_block(perp__multigrid *grid, int32_t top, const int32_t *active,
@@ -102,12 +102,12 @@ int32_t perp__multigrid_solve(perp__multigrid *grid, double *b, double *x, doubl
 
 /* Values and inverse diagonal of P' S P, for the pattern of `coarse`; only rows with inside[i] take
  * part if it is not NULL. Returns 0 if the deadline ends it. */
-int32_t perp__coarse_values(const perp__multigrid *grid, const perp__level *fine,
-                            const double *fine_values, const int8_t *inside,
-                            const perp__level *coarse, double *values, double *inverse_diagonal);
+bool perp__coarse_values(const perp__multigrid *grid, const perp__level *fine,
+                         const double *fine_values, const int8_t *inside, const perp__level *coarse,
+                         double *values, double *inverse_diagonal);
 
 /* Whether the deadline is over, asked at each of many rows or sweeps: looked at now and then. */
-static inline int32_t perp__multigrid_is_late(const perp__multigrid *grid, int32_t row)
+static inline bool perp__multigrid_is_late(const perp__multigrid *grid, int32_t row)
 {
     return row % 256 == 0 && perp__is_past(grid->deadline);
 }

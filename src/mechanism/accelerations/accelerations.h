@@ -116,8 +116,8 @@ perp_status perp__acceleration_open(perp_mechanism *m);
 int32_t perp__element_choices(void *user, int32_t index);
 int32_t perp__element_choose(void *user, int32_t index, int32_t choice);
 /* Whether the element starts to slip in the mode, and so has to slip the way of its force. */
-int32_t perp__element_starts(const perp__element *element, int32_t mode);
-int32_t perp__element_presses(const perp__element *element, int32_t mode);
+bool perp__element_starts(const perp__element *element, int32_t mode);
+bool perp__element_presses(const perp__element *element, int32_t mode);
 /* Solves: 0, or the dimension of the null space (then `null` is filled), or -1: no solution. */
 int32_t perp__pattern_solve(perp__acceleration *a);
 /* The same without widths and null space, with pivots of at most `singular` of the largest entry,
@@ -133,7 +133,7 @@ int32_t perp__element_conditions(const void *user, const void *pattern, int32_t 
 /* ---- slip.c ---- */
 /* Slips of the pattern that start in a plane. */
 int32_t perp__slip_count(const perp__acceleration *a);
-int32_t perp__slip_starts(const perp__acceleration *a, int32_t index);
+bool perp__slip_starts(const perp__acceleration *a, int32_t index);
 /* Turns them until friction is opposite to the acceleration; as perp__pattern_solve, or -1. */
 int32_t perp__slip_turn(perp__acceleration *a, double singular);
 /* All directions of the only slip of the pattern that starts in a plane, up to four; -1 where the
@@ -142,8 +142,8 @@ int32_t perp__slip_angles(perp__acceleration *a, double angles[4]);
 
 /* ---- load.c: contacts with two or three normals that hold both ways ---- */
 /* Whether |N| of the element counts and is no linear function of N; and it slips. */
-int32_t perp__load_bends(const perp__element *element);
-int32_t perp__load_slips(const perp__acceleration *a, int32_t index);
+bool perp__load_bends(const perp__element *element);
+bool perp__load_slips(const perp__acceleration *a, int32_t index);
 /* Doubles of load_work. */
 size_t perp__load_room(size_t elements);
 /* load := N / |N| of linear.x; the largest change. */

@@ -126,7 +126,7 @@ static perp_status keep(perp__acceleration *a, int32_t dimension)
 
 /* With many slips that start in a plane at once their directions are many: every second, then every
  * fourth of each are where Newton's method starts. */
-static int32_t is_start(const perp__acceleration *a, int32_t turning)
+static bool is_start(const perp__acceleration *a, int32_t turning)
 {
     const int32_t stride = turning <= 2 ? 1 : turning <= 4 ? 2 : 4;
     const int32_t directions = a->m->settings.directions;

@@ -119,7 +119,7 @@ void perp__acceleration_mark_rows(const perp__acceleration *a, const perp__answe
 
 /* How far u' of active row r is off where it is to be 0 (sign 0) or not negative (sign 1). */
 static double row_residual(const perp__acceleration *a, const perp__answer *answer, int32_t r,
-                           int32_t sign)
+                           bool sign)
 {
     const perp_mechanism *m = a->m;
     const int32_t row = a->row_of[r];
@@ -213,8 +213,8 @@ static void describe(perp__acceleration *a, perp__answer *answer)
 
 /* Whether a point or, homogeneous, a direction does what the pattern of `outer` says. spread: as of
  * perp__linear_holds_at. */
-static int32_t has_point(perp__acceleration *a, const perp__answer *outer, const double *point,
-                         int32_t homogeneous, double spread, int32_t *at_vertex)
+static bool has_point(perp__acceleration *a, const perp__answer *outer, const double *point,
+                      int32_t homogeneous, double spread, int32_t *at_vertex)
 {
     const perp__mode_pattern pattern = perp__answer_pattern(a, outer);
 
@@ -223,7 +223,7 @@ static int32_t has_point(perp__acceleration *a, const perp__answer *outer, const
     return perp__linear_holds_at(&a->linear, &pattern, a->work, homogeneous, spread, at_vertex);
 }
 
-static int32_t is_turned(const perp__acceleration *a, const perp__answer *answer)
+static bool is_turned(const perp__acceleration *a, const perp__answer *answer)
 {
     for (int32_t i = 0; i < a->elements; i++)
         if ((a->element[i].tangents == 2 &&
@@ -328,8 +328,8 @@ perp_status perp__acceleration_keep_point(perp__acceleration *a, int32_t at_vert
  * are there. */
 
 /* The polyhedron in `null` directions as an answer without a description; NULL if empty. */
-static perp_status enumerate(perp__acceleration *a, int32_t dimension, int32_t discs,
-                             int32_t inside, perp__answer **made)
+static perp_status enumerate(perp__acceleration *a, int32_t dimension, int32_t discs, bool inside,
+                             perp__answer **made)
 {
     perp_status status;
     int32_t edges;
@@ -361,7 +361,7 @@ static perp_status enumerate(perp__acceleration *a, int32_t dimension, int32_t d
 }
 
 /* The rank of the points' differences, as forces or as accelerations, in the units of the rows. */
-static int32_t rank_of(perp__acceleration *a, const perp__answer *answer, int32_t accelerations)
+static int32_t rank_of(perp__acceleration *a, const perp__answer *answer, bool accelerations)
 {
     const size_t active = (size_t)a->active, rows = (size_t)a->m->rows;
     double *difference = a->work + active * active, largest = 0.0;

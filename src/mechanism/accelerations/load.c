@@ -36,7 +36,7 @@ typedef struct loads {
     double *boxes; /* middle and half width, one after the other */
 } loads;
 
-int32_t perp__load_bends(const perp__element *element)
+bool perp__load_bends(const perp__element *element)
 {
     return element->two_sided && element->friction && element->normals > 1;
 }
@@ -71,7 +71,7 @@ double perp__load_turn(perp__acceleration *a)
     return change;
 }
 
-int32_t perp__load_slips(const perp__acceleration *a, int32_t index)
+bool perp__load_slips(const perp__acceleration *a, int32_t index)
 {
     return perp__load_bends(a->element + index) && a->pattern.mode[index] == PERP_MECHANISM_SLIP;
 }
@@ -100,7 +100,7 @@ static void set_column(loads *l, int32_t f, const double *x, double unit)
 }
 
 /* C from unit loads and, with none, from what else there is; returns 0 where it is not unique. */
-static int32_t fill(loads *l)
+static bool fill(loads *l)
 {
     perp__acceleration *a = l->a;
     double *force = a->work, *change = a->turn_work, largest = 0.0;
@@ -164,7 +164,7 @@ static int32_t column_of(const loads *l, int32_t k)
 
 /* Y := the inverse of the Jacobian in the middle; off := what that is off, row by row; returns 0
  * where it is singular. */
-static int32_t invert(loads *l, const double *half, double *off)
+static bool invert(loads *l, const double *half, double *off)
 {
     perp__pivoting *system = &l->a->turning;
     const int32_t p = l->count;
@@ -174,7 +174,7 @@ static int32_t invert(loads *l, const double *half, double *off)
     for (int32_t e = 0; e < p; e++) {
         /* N_e / |N_e|, and how far it is off in the box of twice the size; or 0 */
         const double size = perp__length(l->N + 3 * e, 3), spread = spread_of(l, e, half);
-        const int32_t known = 4.0 * spread < size;
+        const bool known = 4.0 * spread < size;
         double n[3];
 
         for (int32_t i = 0; i < 3; i++)
@@ -232,7 +232,7 @@ static perp_status take(loads *l, const double *z)
 }
 
 /* Settles the box: 1 where nothing of it is left to look at. */
-static int32_t settle(loads *l, double *z, const double *half, perp_status *status)
+static bool settle(loads *l, double *z, const double *half, perp_status *status)
 {
     const int32_t p = l->count;
     double off[PERP__MOST_CONTACTS], contraction = 0.0;

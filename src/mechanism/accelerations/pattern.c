@@ -6,7 +6,7 @@
 
 #include "mechanism/accelerations/accelerations.h"
 
-static int32_t separates(const perp__element *element)
+static bool separates(const perp__element *element)
 {
     return !element->dry && !element->two_sided;
 }
@@ -21,7 +21,7 @@ int32_t perp__element_choices(void *user, int32_t index)
 {
     const perp__acceleration *a = user;
     const perp__element *element = a->element + index;
-    const int32_t starts = !element->moves && element->friction;
+    const bool starts = !element->moves && element->friction;
     const int32_t directions = element->tangents == 2 ? a->m->settings.directions : 2;
     const int32_t motions = 1 + (starts ? directions : 0);
 
@@ -59,12 +59,12 @@ int32_t perp__element_choose(void *user, int32_t index, int32_t choice)
     return 1;
 }
 
-int32_t perp__element_starts(const perp__element *element, int32_t mode)
+bool perp__element_starts(const perp__element *element, int32_t mode)
 {
     return mode == PERP_MECHANISM_SLIP && element->friction && !element->moves;
 }
 
-int32_t perp__element_presses(const perp__element *element, int32_t mode)
+bool perp__element_presses(const perp__element *element, int32_t mode)
 {
     return !element->dry && mode != PERP_MECHANISM_SEPARATE;
 }
@@ -220,7 +220,7 @@ int32_t perp__element_conditions(const void *user, const void *of, int32_t index
             list[count++] = force_is(PERP__CONDITION_NOT_NEGATIVE, element, load, 0, sign, limit);
     } else { /* friction along the direction, in which it starts */
         const double mu = element->dry ? 1.0 : element->mu;
-        const int32_t starts = perp__element_starts(element, PERP_MECHANISM_SLIP);
+        const bool starts = perp__element_starts(element, PERP_MECHANISM_SLIP);
 
         for (int32_t i = 0; i < element->tangents; i++)
             list[count++] =

@@ -112,7 +112,7 @@ perp_status perp__acceleration_seed(perp__acceleration *a)
 
 /* What the element is to do by the forces and accelerations of now; whether that is something else.
  */
-static int32_t change(perp__acceleration *a, int32_t index)
+static bool change(perp__acceleration *a, int32_t index)
 {
     const perp__element *element = a->element + index;
     const double *f = a->linear.x + element->tangent, *u = a->linear.u + element->tangent;

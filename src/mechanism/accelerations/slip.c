@@ -30,7 +30,7 @@ enum { SAMPLES = 5 /* as many as coefficients */ };
 
 /* ---- all of them -------------------------------------------------------------------------- */
 
-int32_t perp__slip_starts(const perp__acceleration *a, int32_t index)
+bool perp__slip_starts(const perp__acceleration *a, int32_t index)
 {
     return a->element[index].tangents == 2 &&
            perp__element_starts(a->element + index, a->pattern.mode[index]);

@@ -82,7 +82,7 @@ typedef struct perp__event {
 } perp__event;
 
 /* Whether a contact would be at rest at the start. */
-int32_t perp__compliant_rests(const perp_compliant *c, int32_t k);
+bool perp__compliant_rests(const perp_compliant *c, int32_t k);
 /* From the state x, v: who presses, sticks, or slides and where to, and `now`; velocities that
  * sticking contacts forbid become 0. Counts turns. *failed: none can be told. PERP_OK or _MEMORY.
  */

@@ -24,7 +24,7 @@ static size_t at(const perp_compliant *c, int32_t row, int32_t column)
     return (size_t)row + (size_t)c->p * (size_t)column;
 }
 
-int32_t perp__compliant_rests(const perp_compliant *c, int32_t k)
+bool perp__compliant_rests(const perp_compliant *c, int32_t k)
 {
     double size = 0.0;
 
@@ -35,7 +35,7 @@ int32_t perp__compliant_rests(const perp_compliant *c, int32_t k)
 }
 
 /* A one-sided contact presses where it overlaps and is not pulled. */
-static int32_t presses(const perp_compliant *c, int32_t k, const double *x, double N)
+static bool presses(const perp_compliant *c, int32_t k, const double *x, double N)
 {
     return !c->one_sided[k] || (N > 0.0 && perp__compliant_row(c, c->normal, k, x) > 0.0);
 }
@@ -43,7 +43,7 @@ static int32_t presses(const perp_compliant *c, int32_t k, const double *x, doub
 /* ---- what is tied down ---------------------------------------------------------------------- */
 
 /* Whether contact k's row is independent of the stuck ones'; joins it to them where `joins`. */
-static int32_t is_independent(perp_compliant *c, int32_t k, int32_t joins)
+static bool is_independent(perp_compliant *c, int32_t k, bool joins)
 {
     const int32_t count = c->stuck_count;
     double left = c->slip_response[at(c, k, k)];
@@ -151,7 +151,7 @@ static void slide(perp_compliant *c, int32_t k, double sense)
 }
 
 /* Whether F of what rests is at a bound; one that had to give is where it comes close. */
-static int32_t is_at_bound(const perp_compliant *c, int32_t k)
+static bool is_at_bound(const perp_compliant *c, int32_t k)
 {
     const double bound = c->gives[k] ? c->upper[k] * (1.0 - PERP__AGREEMENT) : c->upper[k];
 
@@ -226,7 +226,7 @@ perp_status perp__compliant_decide(perp_compliant *c, perp_compliant_result *res
     perp_lcp_settings settings;
     perp_lcp_result solved;
     perp_status status = perp_lcp_settings_init(&settings, sizeof settings);
-    int32_t rests = 0;
+    bool rests = 0;
 
     /* 1. who presses, and what may stick */
     memcpy(c->modes_before, c->modes, (size_t)c->p * sizeof *c->modes);
@@ -272,7 +272,7 @@ perp__event perp__compliant_event(perp_compliant *c)
     perp__compliant_normals(c, c->N, c->next_x, c->next_v);
     /* 1. what a force's sign lets go or take; else the slip that has turned round farthest */
     for (int32_t k = 0; k < c->p; k++) {
-        const int32_t separate = c->modes[k] == PERP_CONTACT_SEPARATE;
+        const bool separate = c->modes[k] == PERP_CONTACT_SEPARATE;
 
         if (presses(c, k, c->next_x, c->N[k]) == separate) {
             event.contact = k;

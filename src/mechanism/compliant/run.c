@@ -51,11 +51,11 @@ static void find_sides(perp_compliant *c)
 
 /* Stage `stage` of length s = h g from zx, zv: its normal forces, slopes, and V; 0, or 1 where the
  * signs of the forces don't settle. */
-static int32_t take_stage(perp_compliant *c, double s, int32_t stage)
+static bool take_stage(perp_compliant *c, double s, int32_t stage)
 {
     const size_t p = (size_t)c->p;
     const double e = c->stiffness * s + c->damping;
-    int32_t changed = 1;
+    bool changed = 1;
 
     /* 1. the right-hand side */
     for (int32_t i = 0; i < c->n; i++)
@@ -104,7 +104,7 @@ static int32_t take_stage(perp_compliant *c, double s, int32_t stage)
 }
 
 /* From x, v to next_x, next_v with the errors of the embedded method; 0, or 1. */
-static int32_t take_step(perp_compliant *c, double h)
+static bool take_step(perp_compliant *c, double h)
 {
     const double e = c->stiffness * (h * diagonal) + c->damping;
     int32_t l;
@@ -266,7 +266,7 @@ static perp_status decide(perp_compliant *c, progress *run)
  * ends; PERP_COMPLIANT_TIME: it goes on. */
 static perp_status advance(perp_compliant *c, progress *run, double *h)
 {
-    const int32_t last = *h >= run->t_end - run->t;
+    const bool last = *h >= run->t_end - run->t;
     const double step = last ? run->t_end - run->t : *h;
     perp_compliant_result *r = &run->result;
     perp_status status = PERP_OK;

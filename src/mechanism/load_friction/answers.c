@@ -14,8 +14,8 @@ static size_t at(const perp_load_friction *f, int32_t i, int32_t j)
     return (size_t)i + (size_t)f->n * (size_t)j;
 }
 
-static int32_t contains(const perp_load_friction *f, const perp__answer *outer,
-                        const perp__answer *inner)
+static bool contains(const perp_load_friction *f, const perp__answer *outer,
+                     const perp__answer *inner)
 {
     const perp__friction_pattern pattern = {outer->pattern, outer->pattern + f->n};
     int32_t at_vertex;
@@ -30,7 +30,7 @@ static int32_t contains(const perp_load_friction *f, const perp__answer *outer,
 int32_t perp__friction_holds_answer(void *user, perp__answer *outer, const perp__answer *inner)
 {
     const perp_load_friction *f = user;
-    int32_t same;
+    bool same;
 
     if (outer->dimension > 0)
         return contains(f, outer, inner);
@@ -127,7 +127,7 @@ static void describe(perp_load_friction *f, perp__answer *a)
 /* Keeps it if it is one: all that would be told of it is finite (but eigenvalues: where they are
  * unknown it is not stable), and what sticks is held by its friction, beside the terms of its own
  * rows, not the largest of the system. */
-static void keep(perp_load_friction *f, perp__answer *a, int32_t holds)
+static void keep(perp_load_friction *f, perp__answer *a, bool holds)
 {
     const size_t n = (size_t)f->n, points = (size_t)(a->vertices + a->rays);
     const double *N = a->extra, *friction = a->extra + f->n;
@@ -168,7 +168,7 @@ perp_status perp__friction_keep_point(perp_load_friction *f, int32_t at_vertex)
 
 /* Whether the coordinate sticks by friction: it is bounded by mu |N|, and each sign of N has a
  * polyhedron of its own. */
-static int32_t is_bounded(const perp_load_friction *f, int32_t i)
+static bool is_bounded(const perp_load_friction *f, int32_t i)
 {
     return f->pattern.mode[i] == PERP_LOAD_STICK && f->question.mu_stick[i] > 0.0;
 }

@@ -62,7 +62,7 @@ int32_t perp__friction_solve_pattern(perp_load_friction *f);
 void perp__friction_evaluate(perp_load_friction *f);
 
 /* Whether the solution's signs and modes are the pattern's; *at_vertex: only within tol. */
-int32_t perp__friction_holds(perp_load_friction *f, int32_t *at_vertex);
+bool perp__friction_holds(perp_load_friction *f, int32_t *at_vertex);
 
 /* Of perp__linear. */
 int32_t perp__friction_conditions(const void *user, const void *pattern, int32_t i,

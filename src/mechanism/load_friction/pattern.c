@@ -97,7 +97,7 @@ int32_t perp__friction_solve_pattern(perp_load_friction *f)
 static perp__condition condition(const perp_load_friction *f, int32_t kind, int32_t i,
                                  double factor, double normal)
 {
-    const int32_t entry = i < 0;
+    const bool entry = i < 0;
     const perp__condition g = {kind,
                                0,
                                entry ? 1 : 2,
@@ -135,7 +135,7 @@ int32_t perp__friction_conditions(const void *user, const void *of, int32_t i,
     return count;
 }
 
-int32_t perp__friction_holds(perp_load_friction *f, int32_t *at_vertex)
+bool perp__friction_holds(perp_load_friction *f, int32_t *at_vertex)
 {
     const perp__linear *p = &f->linear;
     const perp__linear_point point = {p->x, p->u, p->x_width, p->u_width, 0, 0, 1};

@@ -78,7 +78,7 @@ static perp_status run(perp_load_friction *f, double *next, double *normal, perp
     taken = choose(f, copy, previous);
     copy->stable = taken && taken->stable;
     for (int32_t i = 0; i < f->n; i++) {
-        const int32_t sticks = taken && taken->pattern[i] == PERP_LOAD_STICK;
+        const bool sticks = taken && taken->pattern[i] == PERP_LOAD_STICK;
 
         copy->stopped += sticks && velocity[i] != 0.0;
         copy->jam |= sticks && velocity[i] != 0.0 && !f->regular[i];

@@ -120,7 +120,7 @@ static double find_radius(perp_load_friction *f)
 static void decide(perp_load_friction *f, perp_load_uniqueness *u, const double *velocity)
 {
     const size_t n = (size_t)f->n;
-    int32_t rests = 0, jump = 0;
+    bool rests = 0, jump = 0;
     uint64_t seed = 1;
     double *real = f->work + n * n, largest = 0.0, smaller;
 

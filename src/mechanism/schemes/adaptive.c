@@ -39,20 +39,19 @@ static void layout(perp__arena *arena, void *object)
 
 /* ---- one attempt --------------------------------------------------------------------------- */
 
-static int32_t moves(const perp__adaptive *a)
+static bool moves(const perp__adaptive *a)
 {
     return perp__outcome_moves(a->full.outcome) && perp__outcome_moves(a->first.outcome) &&
            perp__outcome_moves(a->second.outcome);
 }
 
-static int32_t is_solved(const perp__adaptive *a)
+static bool is_solved(const perp__adaptive *a)
 {
     return perp__is_good(a->full.outcome) &&
            perp__is_good(perp__worse_outcome(a->first.outcome, a->second.outcome));
 }
 
-static int32_t same_modes(const perp_mechanism *m, const perp__motion *one,
-                          const perp__motion *other)
+static bool same_modes(const perp_mechanism *m, const perp__motion *one, const perp__motion *other)
 {
     return memcmp(one->modes, other->modes, (size_t)(m->contacts + m->dry) * sizeof *one->modes) ==
            0;
@@ -60,7 +59,7 @@ static int32_t same_modes(const perp_mechanism *m, const perp__motion *one,
 
 /* m->acceleration := that between two states; 0 where it is no guide to what comes. */
 static void expect(perp_mechanism *m, const perp__motion *from, const perp__motion *to, double h,
-                   int32_t lasts)
+                   bool lasts)
 {
     for (int32_t i = 0; i < m->n; i++)
         m->acceleration[i] = lasts ? (to->v[i] - from->v[i]) / h : 0.0;
@@ -94,9 +93,9 @@ static perp_status attempt(perp_mechanism *m, perp__adaptive *a, double t, doubl
         memcpy(a->gap[part], m->end.gap, (size_t)m->contacts * sizeof *a->gap[part]);
         for (int32_t j = 0; j < m->contacts; j++) { /* p of what slides with friction */
             const double speed = perp__length(m->start_velocity + m->tangent[j], m->tangents[j]);
-            const int32_t slides = m->two_sided[j] == 0 &&
-                                   (a->does[0][j] & PERP__HOLD) == PERP__SLIDES &&
-                                   m->friction[j] > 0.0 && speed > 0.0 && m->begin.gap[j] <= 0.0;
+            const bool slides = m->two_sided[j] == 0 &&
+                                (a->does[0][j] & PERP__HOLD) == PERP__SLIDES &&
+                                m->friction[j] > 0.0 && speed > 0.0 && m->begin.gap[j] <= 0.0;
 
             a->inertia[part][j] = slides ? perp__sliding_inertia(m, j, speed) : (double)NAN;
         }
@@ -124,7 +123,7 @@ static perp_status attempt(perp_mechanism *m, perp__adaptive *a, double t, doubl
 static double verdict(const perp__adaptive *a)
 {
     const double worst = fmax(a->error, a->hidden);
-    const int32_t jump =
+    const bool jump =
         a->event.impact || (a->refused >= STUBBORN && a->speed > 0.5 * a->first_speed);
 
     return jump ? worst : fmax(worst, a->speed);
@@ -140,7 +139,7 @@ static void extrapolate(double *full, const double *halves, double weight, int32
 
 /* The report of the step that was taken; improved: the whole step has a part in it. */
 static void report(const perp_mechanism *m, const perp__adaptive *a, perp_mechanism_step *step,
-                   int32_t improved)
+                   bool improved)
 {
     const perp_mechanism_step *const others[] = {&a->first, &a->full};
 
@@ -169,7 +168,7 @@ static perp_status take(perp__run *run, perp__adaptive *a, double t, double h)
     const perp__motion *answer = &m->next;
     perp_mechanism_step step;
     perp_status status = PERP__OUTSIDE;
-    int32_t smooth;
+    bool smooth;
 
     for (int32_t i = 0; i < m->rows; i++)
         m->next.r[i] += m->half.r[i];
@@ -217,7 +216,7 @@ static perp_status take(perp__run *run, perp__adaptive *a, double t, double h)
 }
 
 /* The step is to be tried again; solved: it has estimates. */
-static perp_status refuse(perp__run *run, perp__adaptive *a, double h, int32_t solved)
+static perp_status refuse(perp__run *run, perp__adaptive *a, double h, bool solved)
 {
     perp_mechanism *m = run->m;
     const double tolerance = m->settings.error;
@@ -283,12 +282,12 @@ static perp_status step(perp__run *run, perp__adaptive *a, double t1)
     perp_mechanism *m = run->m;
     const double left = t1 - run->t;
     /* a length that an event asked for is kept as it is */
-    const int32_t asked = a->plans || a->cut, last = a->h * (asked ? 1.0 : 1.01) >= left;
+    const bool asked = a->plans || a->cut, last = a->h * (asked ? 1.0 : 1.01) >= left;
     const double h = last ? left : asked ? a->h : fmin(a->h, fmax(0.5 * left, a->h * 0.5));
     perp_status status = attempt(m, a, run->t, h);
     const double error = verdict(a);
     double factor = PERP__STEP_GROWTH;
-    int32_t fine;
+    bool fine;
 
     if (status == PERP__OUTSIDE)
         a->full.outcome = PERP_OUTCOME_EVALUATION_FAILED;

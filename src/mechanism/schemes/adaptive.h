@@ -78,7 +78,7 @@ double perp__adaptive_uncertainty(const perp_mechanism *m, const perp__adaptive 
 void perp__adaptive_look_for_impact(perp_mechanism *m, perp__adaptive *a, double h);
 /* At m->now: the impact there, if there is one, and m->apart of the next step. looked:
  * perp__adaptive_look_at_start() just did. */
-perp_status perp__adaptive_meet(perp__run *run, perp__adaptive *a, int32_t looked);
+perp_status perp__adaptive_meet(perp__run *run, perp__adaptive *a, bool looked);
 
 /* ---- adaptive_release.c ---- */
 /* a->does[0]: what holds at the start of a run. */

@@ -77,7 +77,7 @@ perp_status perp__adaptive_scale(perp_mechanism *m, perp__adaptive *a, double t)
 
 /* Whether a contact presses in some of the answers only, or sticks in some of them only while what
  * it slips may come from what closes its gap. */
-static int32_t chatters(const perp_mechanism *m)
+static bool chatters(const perp_mechanism *m)
 {
     const perp__motion *const states[] = {&m->trial, &m->half, &m->next};
 
@@ -170,7 +170,7 @@ perp_status perp__adaptive_estimate(perp_mechanism *m, perp__adaptive *a, double
 void perp__adaptive_keep(const perp_mechanism *m, perp__adaptive *a, double late, double error,
                          double after)
 {
-    const int32_t both = fmin(error, a->event.error) > m->settings.error;
+    const bool both = fmin(error, a->event.error) > m->settings.error;
 
     if (!(late > 0.0) || !(both ? after < a->event.after : error > a->event.error))
         return;
@@ -185,9 +185,9 @@ void perp__adaptive_events(perp_mechanism *m, perp__adaptive *a, const perp__mot
 {
     for (int32_t j = 0; j < m->contacts + m->dry; j++) {
         const int32_t row = m->tangent[j], count = m->tangents[j];
-        const int32_t sticks = to->modes[j] == PERP_MECHANISM_STICK;
+        const bool sticks = to->modes[j] == PERP_MECHANISM_STICK;
         /* a slip may end here smoothly, so that it is located */
-        const int32_t ends = a->order == 2 && (j >= m->contacts || m->two_sided[j] == 0);
+        const bool ends = a->order == 2 && (j >= m->contacts || m->two_sided[j] == 0);
         const double bound = j < m->contacts ? m->friction[j] * perp__load_of(m, to->r, j)
                                              : m->dry_bound[j - m->contacts];
         double d[2] = {0.0, 0.0}, speed, after = 0.0, copy = 0.0, all, free, response, lost, when,

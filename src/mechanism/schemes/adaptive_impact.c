@@ -43,14 +43,14 @@ void perp__adaptive_look_for_impact(perp_mechanism *m, perp__adaptive *a, double
 }
 
 /* Whether contact j, whose gap changes at this speed, counts as closed in m->now. */
-static int32_t touches(const perp_mechanism *m, const perp__adaptive *a, int32_t j, double speed)
+static bool touches(const perp_mechanism *m, const perp__adaptive *a, int32_t j, double speed)
 {
     return m->begin.gap[j] <= fmax(perp__adaptive_uncertainty(m, a, j), -speed * a->shortest);
 }
 
 /* Whether contact j, leaving at this speed, comes back from no higher than what may be wrong with
  * q, by the accelerations of perp__adaptive_look_at_start(). */
-static int32_t stays(const perp_mechanism *m, const perp__adaptive *a, int32_t j, double speed)
+static bool stays(const perp_mechanism *m, const perp__adaptive *a, int32_t j, double speed)
 {
     return a->known &&
            speed * speed <= -2.0 * m->answer.u[m->starts[j]] * perp__adaptive_uncertainty(m, a, j);
@@ -89,11 +89,11 @@ static perp_status strike(perp__run *run, perp__adaptive *a)
     return status == PERP_OK && !run->ended ? perp__adaptive_look_at_start(m, a, run->t) : status;
 }
 
-perp_status perp__adaptive_meet(perp__run *run, perp__adaptive *a, int32_t looked)
+perp_status perp__adaptive_meet(perp__run *run, perp__adaptive *a, bool looked)
 {
     perp_mechanism *m = run->m;
     double *u = m->start_velocity;
-    int32_t hits = 0;
+    bool hits = 0;
     perp_status status = perp__evaluate_rows(m, &m->begin, run->t, m->now.q, m->now.v);
 
     if (status != PERP_OK)
@@ -117,7 +117,7 @@ perp_status perp__adaptive_meet(perp__run *run, perp__adaptive *a, int32_t looke
     for (int32_t j = 0; j < m->contacts; j++) {
         const double gap = a->open[j], wrong = perp__adaptive_uncertainty(m, a, j),
                      speed = u[m->starts[j]];
-        const int32_t remains = looked ? stays(m, a, j, speed) : !m->apart[j];
+        const bool remains = looked ? stays(m, a, j, speed) : !m->apart[j];
 
         m->apart[j] = m->two_sided[j] == 0 && a->does[0][j] == PERP__FREE && gap >= -wrong &&
                       !(gap <= wrong && remains);

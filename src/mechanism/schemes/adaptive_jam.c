@@ -44,7 +44,7 @@ perp_status perp__adaptive_look_for_jam(perp_mechanism *m, perp__adaptive *a, do
     /* where in a step p is that of its geometry, a share */
     const double ahead = m->settings.scheme == PERP_MECHANISM_THETA ? 1.0 - m->settings.theta : 0.0;
     double first = INFINITY, size, late;
-    int32_t lets_go = 0;
+    bool lets_go = 0;
     perp_status status;
 
     /* 1. the first contact that comes to p = 0 in the step, and whether it lets go before */
@@ -130,8 +130,7 @@ perp_status perp__adaptive_jam(perp_mechanism *m, perp__adaptive *a, perp_mechan
                                perp__motion *to, double t)
 {
     const int32_t row = m->starts[a->jam];
-    const int32_t poisson =
-        m->settings.law == PERP_MECHANISM_POISSON && m->restitution[a->jam] > 0.0;
+    const bool poisson = m->settings.law == PERP_MECHANISM_POISSON && m->restitution[a->jam] > 0.0;
     perp__velocity_problem problem;
     perp_status status = perp__evaluate_all(m, &m->begin, t, to->q, to->v);
     double pressed;

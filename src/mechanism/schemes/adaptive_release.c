@@ -22,7 +22,7 @@
 /* ---- what the steps say ---------------------------------------------------------------------- */
 
 /* What a contact that is closed, or a dry group, does with these forces. */
-static int8_t held(const perp_mechanism *m, int32_t j, int32_t sticks, const double *r)
+static int8_t held(const perp_mechanism *m, int32_t j, bool sticks, const double *r)
 {
     if (!(j < m->contacts ? m->tangents[j] > 0 && fmax(m->mu_static[j], m->begin.mu[j]) > 0.0
                           : m->begin.bound[j - m->contacts] > 0.0))
@@ -40,7 +40,7 @@ static void read_state(const perp_mechanism *m, const perp__adaptive *a, const p
                        int8_t *does)
 {
     for (int32_t j = 0; j < m->contacts + m->dry; j++) {
-        int32_t closed = j >= m->contacts || m->two_sided[j] > 0;
+        bool closed = j >= m->contacts || m->two_sided[j] > 0;
 
         if (!closed && state->holds[m->starts[j]]) {
             const double u = state->u[m->starts[j]];
@@ -53,14 +53,14 @@ static void read_state(const perp_mechanism *m, const perp__adaptive *a, const p
 }
 
 /* Whether what was held is held less, or on its other side. */
-static int32_t lets_go(int8_t before, int8_t after)
+static bool lets_go(int8_t before, int8_t after)
 {
     return (after & PERP__HOLD) < (before & PERP__HOLD) ||
            (before != after && (after & PERP__HOLD) == PERP__SLIDES &&
             (before & PERP__HOLD) == PERP__SLIDES);
 }
 
-static int32_t is_lost(const perp_mechanism *m, const int8_t *before, const int8_t *after)
+static bool is_lost(const perp_mechanism *m, const int8_t *before, const int8_t *after)
 {
     for (int32_t j = 0; j < m->contacts + m->dry; j++)
         if (lets_go(before[j], after[j]))
@@ -69,8 +69,8 @@ static int32_t is_lost(const perp_mechanism *m, const int8_t *before, const int8
 }
 
 /* Whether something was hit: what lets go then is thrown off. */
-static int32_t is_hit(const perp_mechanism *m, const perp__motion *state,
-                      const perp_mechanism_step *step, const int8_t *before)
+static bool is_hit(const perp_mechanism *m, const perp__motion *state,
+                   const perp_mechanism_step *step, const int8_t *before)
 {
     for (int32_t j = 0; j < m->contacts; j++)
         if (before[j] == PERP__FREE && state->r[m->starts[j]] > 0.0)
@@ -87,7 +87,7 @@ perp_status perp__adaptive_find_forces(perp_mechanism *m, perp__adaptive *a, dou
     perp__velocity_problem problem;
     perp_status status =
         perp__evaluate_bias(m, a->bias, NULL, t, state->q, state->v, a->span, BIAS_LEVELS);
-    int32_t again = 1;
+    bool again = 1;
 
     if (status != PERP_OK)
         return status;
@@ -95,7 +95,7 @@ perp_status perp__adaptive_find_forces(perp_mechanism *m, perp__adaptive *a, dou
     perp__friction_of_speed(m, &m->begin, m->friction, state->u, state->v);
     memcpy(m->start_velocity, state->u, (size_t)m->rows * sizeof *m->start_velocity);
     for (int32_t j = 0; j < m->contacts; j++) {
-        const int32_t sticks = does[j] == PERP__STICKS;
+        const bool sticks = does[j] == PERP__STICKS;
 
         m->included[j] = does[j] != PERP__FREE;
         m->start_speed[j] = sticks ? 0.0 : perp__length(state->u + m->tangent[j], m->tangents[j]);
@@ -140,7 +140,7 @@ perp_status perp__adaptive_find_forces(perp_mechanism *m, perp__adaptive *a, dou
 }
 
 /* Whether the rows have an acceleration. */
-static int32_t starts(const perp_mechanism *m, const perp__adaptive *a, int32_t row, int32_t count)
+static bool starts(const perp_mechanism *m, const perp__adaptive *a, int32_t row, int32_t count)
 {
     const double least = fmax(PERP__NOTHING, m->answer.residual) * a->free;
 
@@ -166,7 +166,7 @@ static perp_status look(perp_mechanism *m, perp__adaptive *a, double t, const pe
     PERP__THEN(status, perp__adaptive_find_forces(m, a, t, state, after));
     a->known = status == PERP_OK && perp__is_good(m->answer.outcome);
     for (int32_t j = 0; j < count && a->known; j++) {
-        const int32_t one_sided = j < m->contacts && m->two_sided[j] == 0;
+        const bool one_sided = j < m->contacts && m->two_sided[j] == 0;
 
         if (one_sided && after[j] != PERP__FREE && starts(m, a, m->starts[j], 1))
             after[j] = PERP__FREE;
@@ -209,14 +209,14 @@ static double margin(perp_mechanism *m, const int8_t *before, const int8_t *afte
 }
 
 /* Whether the impulses of the halves, continued, hold what was held: nothing is to be looked at. */
-static int32_t is_calm(const perp_mechanism *m, perp__adaptive *a, const int8_t *does)
+static bool is_calm(const perp_mechanism *m, perp__adaptive *a, const int8_t *does)
 {
     double *r = a->drift;
 
     for (int32_t i = 0; i < m->rows; i++)
         r[i] = 2.0 * m->next.r[i] - m->half.r[i];
     for (int32_t j = 0; j < m->contacts + m->dry; j++) {
-        const int32_t dry = j >= m->contacts, one_sided = !dry && m->two_sided[j] == 0;
+        const bool dry = j >= m->contacts, one_sided = !dry && m->two_sided[j] == 0;
 
         if (does[j] == PERP__FREE)
             continue;
@@ -238,7 +238,7 @@ perp_status perp__adaptive_releases(perp_mechanism *m, perp__adaptive *a, double
     const perp__motion *const states[] = {&m->half, &m->next};
     const perp_mechanism_step *const steps[] = {&a->first, &a->second};
     const size_t size = (size_t)(m->contacts + m->dry);
-    int32_t calm = 1;
+    bool calm = 1;
     perp_status status = PERP_OK;
 
     a->span = fmax(PERP__LITTLE * h, PERP__LITTLE * a->unit);
@@ -337,7 +337,7 @@ perp_status perp__adaptive_step(perp_mechanism *m, perp__motion *to, perp_mechan
 {
     const perp_mechanism_start from = {.t = t, .h = h, .q = state->q, .v = state->v};
     perp_status status = perp__take_step(m, to, step, &from);
-    int32_t caught = 0, slips = 0;
+    bool caught = 0, slips = 0;
 
     if (status != PERP_OK || !perp__outcome_moves(step->outcome))
         return status;
@@ -373,9 +373,9 @@ perp_status perp__adaptive_look_at_start(perp_mechanism *m, perp__adaptive *a, d
     perp__row_velocities(m, &m->begin, now->u, now->v);
     for (int32_t j = 0; j < m->contacts + m->dry; j++) {
         const int32_t first = m->tangent[j], end = first + m->tangents[j];
-        const int32_t rests =
+        const bool rests =
             perp__sliding_speed(m, &m->begin, j, now->u, now->v, PERP__NOTHING) == 0.0;
-        int32_t touches;
+        bool touches;
 
         for (int32_t i = first; i < end && rests; i++)
             now->u[i] = 0.0;

@@ -59,7 +59,7 @@ perp__velocity_problem perp__pose(const perp_mechanism *m, const perp__terms *te
     return problem;
 }
 
-int32_t perp__outcome_moves(int32_t outcome)
+bool perp__outcome_moves(int32_t outcome)
 {
     return outcome != PERP_OUTCOME_RAY && outcome != PERP_OUTCOME_SINGULAR &&
            outcome != PERP_OUTCOME_EVALUATION_FAILED;
@@ -68,7 +68,7 @@ int32_t perp__outcome_moves(int32_t outcome)
 perp_status perp__solve_frozen(perp_mechanism *m, const perp__velocity_problem *problem)
 {
     /* theory promises a solution: pointed or not, with gaps clipped at 0 and walls at rest */
-    int32_t solvable = m->bilateral == 0;
+    bool solvable = m->bilateral == 0;
     int8_t more;
     perp_status status;
 

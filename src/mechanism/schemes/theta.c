@@ -199,10 +199,10 @@ static void correct_drift(perp_mechanism *m, const perp__theta *w, const double 
 
 /* Whether velocities jump: a contact was hit, approached faster than the forces of the step make
  * it, or its sliding, faster than what these make of it, jams. */
-static int32_t jumps(perp_mechanism *m)
+static bool jumps(perp_mechanism *m)
 {
     const double *start = m->start_velocity, *free = m->free_velocity;
-    int32_t found = 0;
+    bool found = 0;
 
     for (int32_t j = 0; j < m->contacts && !found && perp__outcome_moves(m->answer.outcome); j++) {
         const int32_t row = m->starts[j];
@@ -223,15 +223,15 @@ static int32_t jumps(perp_mechanism *m)
 /* After the first solution: what slips at both ends, by less than a right angle apart; a mean in
  * which the start counts more would be no friction of the end. After a later one: takes back what
  * the mean turned further. Whether anything changed. */
-static int32_t find_means(perp_mechanism *m, perp__theta *w, int32_t first)
+static bool find_means(perp_mechanism *m, perp__theta *w, bool first)
 {
-    const int32_t may = first && m->settings.theta >= 0.5 && !jumps(m);
-    int32_t changed = 0;
+    const bool may = first && m->settings.theta >= 0.5 && !jumps(m);
+    bool changed = 0;
 
     memcpy(w->slip, m->start_velocity, (size_t)m->rows * sizeof *w->slip);
     for (int32_t j = 0; j < m->contacts + m->dry; j++) {
         const int32_t row = m->tangent[j], end = row + m->tangents[j];
-        const int32_t differs = m->tangents[j] > 1 || (j < m->contacts && m->stribeck[j] > 0.0);
+        const bool differs = m->tangents[j] > 1 || (j < m->contacts && m->stribeck[j] > 0.0);
         double along = 0.0;
 
         if (!differs || !(may || w->mean[j]))
@@ -301,7 +301,7 @@ static double defect(perp_mechanism *m, perp__theta *w, double start, double *si
 
 /* After the first solution, a change of that size: whether the speeds of the rows are to be taken
  * again, as something presses. */
-static int32_t follows(perp_mechanism *m, perp__theta *w, double change)
+static bool follows(perp_mechanism *m, perp__theta *w, double change)
 {
     const double before = w->corrected ? perp__energy_norm(m, &m->begin, w->y, w->last_v) : 0.0;
     int32_t i = 0;

@@ -244,14 +244,13 @@ int32_t perp__last_to_close(const perp__placed *a, const perp__placed *b, const 
     return best;
 }
 
-int32_t perp__middle_of_faces(const perp__axes *axes, double touching, double *normal,
-                              double *within)
+bool perp__middle_of_faces(const perp__axes *axes, double touching, double *normal, double *within)
 {
     const double *found[PERP__MAX_AXES];
     int32_t count = 0, flush = 0;
     normal[0] = normal[1] = normal[2] = 0.0;
     for (int32_t k = 0; k < axes->faces[0] + axes->faces[1]; k++) {
-        int32_t touches = fabs(axes->axis[k].separation) <= touching, another = touches;
+        bool touches = fabs(axes->axis[k].separation) <= touching, another = touches;
         for (int32_t i = 0; i < count && another; i++)
             another = !perp__is_same_way(perp__dot3(found[i], axes->axis[k].normal));
         flush |= touches && !another;

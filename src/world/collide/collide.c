@@ -79,10 +79,10 @@ static void turn_points(int32_t count, perp__point *points)
 
 /* The point of a ball and a box or a ball along an axis by its number, or where there is none such
  * along that which separates most. */
-static int32_t collide_ball(const perp__placed *a, const perp__placed *b, int32_t planar,
-                            int32_t number, double margin, perp__point *points)
+static bool collide_ball(const perp__placed *a, const perp__placed *b, int32_t planar,
+                         int32_t number, double margin, perp__point *points)
 {
-    const int32_t turns = b->geometry->kind != PERP__SPHERE;
+    const bool turns = b->geometry->kind != PERP__SPHERE;
     const perp__placed *ball = turns ? a : b;
     perp__axes axes;
     perp__ball_axes(a, b, planar, &axes);
@@ -110,7 +110,7 @@ static int32_t collide_ball(const perp__placed *a, const perp__placed *b, int32_
 int32_t perp__collide(const perp__placed *a, const perp__placed *b, int32_t planar, double margin,
                       perp__point *points)
 {
-    const int32_t boxes = a->geometry->kind == PERP__BOX && b->geometry->kind == PERP__BOX;
+    const bool boxes = a->geometry->kind == PERP__BOX && b->geometry->kind == PERP__BOX;
     const int32_t swapped = boxes ? perp__box_is_smaller(a, b) /* the larger is the reference */
                                   : a->geometry->kind > b->geometry->kind;
     const perp__placed *first = swapped ? b : a, *second = swapped ? a : b;
@@ -133,7 +133,7 @@ int32_t perp__collide(const perp__placed *a, const perp__placed *b, int32_t plan
 int32_t perp__collide_along(const perp__placed *a, const perp__placed *b, int32_t planar,
                             int32_t axis, perp__point *points)
 {
-    const int32_t swapped = perp__are_boxes(a, b, planar) && perp__box_is_smaller(a, b);
+    const bool swapped = perp__are_boxes(a, b, planar) && perp__box_is_smaller(a, b);
     perp__convex_pair pair;
     if (a->geometry->kind == PERP__PLANE || b->geometry->kind == PERP__PLANE)
         return perp__collide(a, b, planar, INFINITY, points);

@@ -2,6 +2,7 @@
 #ifndef PERP_WORLD_COLLIDE_H
 #define PERP_WORLD_COLLIDE_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 /* Order matters: perp__collide sorts a pair by kind. */
@@ -58,13 +59,13 @@ int32_t perp__collide(const perp__placed *a, const perp__placed *b, int32_t plan
 int32_t perp__collide_convex(const perp__placed *a, const perp__placed *b, int32_t planar,
                              double margin, perp__point *points);
 
-static inline int32_t perp__are_boxes(const perp__placed *a, const perp__placed *b, int32_t planar)
+static inline bool perp__are_boxes(const perp__placed *a, const perp__placed *b, int32_t planar)
 {
     return !planar && a->geometry->kind == PERP__BOX && b->geometry->kind == PERP__BOX;
 }
 
 /* A ball against a ball or a box. */
-static inline int32_t perp__is_ball_pair(const perp__placed *a, const perp__placed *b)
+static inline bool perp__is_ball_pair(const perp__placed *a, const perp__placed *b)
 {
     const int32_t kind = a->geometry->kind, other = b->geometry->kind;
     return kind <= PERP__SPHERE && other <= PERP__SPHERE &&
@@ -73,8 +74,7 @@ static inline int32_t perp__is_ball_pair(const perp__placed *a, const perp__plac
 
 /* An axis-aligned box around a shape; a plane's is infinite. */
 typedef struct perp__bounds {
-    double low[3];
-    double high[3];
+    double low[3], high[3];
 } perp__bounds;
 
 void perp__extent_of(const perp__placed *shape, double margin, perp__bounds *extent);

@@ -58,11 +58,11 @@ double perp__relative_displacement(const perp__moving *a, const perp__moving *b)
     return sum(displacement) + sum(a->turn) * a->reach + sum(b->turn) * b->reach;
 }
 
-int32_t perp__axes_of(const perp__placed *a, const perp__placed *b, int32_t planar, double far,
-                      perp__axes *axes)
+bool perp__axes_of(const perp__placed *a, const perp__placed *b, int32_t planar, double far,
+                   perp__axes *axes)
 {
     perp__convex_pair pair;
-    int32_t all = 1;
+    bool all = 1;
     if (perp__are_boxes(a, b, planar)) {
         perp__box_axes(a, b, far, axes);
     } else if (perp__is_ball_pair(a, b)) {
@@ -97,9 +97,9 @@ static int32_t steadier_face(const perp__moving *a, const perp__moving *b, const
     return steadier < 0 ? best : steadier;
 }
 
-int32_t perp__touch_plainly(const perp__moving *moving_a, const perp__moving *moving_b,
-                            int32_t planar, const perp__touch_tolerance *tolerance,
-                            const perp__axes *axes, perp__collision *collision)
+bool perp__touch_plainly(const perp__moving *moving_a, const perp__moving *moving_b, int32_t planar,
+                         const perp__touch_tolerance *tolerance, const perp__axes *axes,
+                         perp__collision *collision)
 {
     const perp__placed *a = moving_a->start, *b = moving_b->start;
     const double due = perp__relative_displacement(moving_a, moving_b) + tolerance->touching;
@@ -146,11 +146,9 @@ static void narrow(double first, double last, double *enter, double *leave)
 
 /* Two shapes on their way, with the gates of their axes. */
 typedef struct course {
-    const perp__moving *a;
-    const perp__moving *b;
+    const perp__moving *a, *b;
     const perp__touch_tolerance *tolerance;
-    int32_t planar;
-    int32_t turning;
+    int32_t planar, turning;
     double gate[PERP__MAX_AXES];
     double bare[PERP__MAX_AXES]; /* gates without what a motion may close of them */
     double frame[2][9];          /* A's and B's, at the time looked at last */
@@ -166,8 +164,8 @@ static double separation_at(const course *on, int32_t k, double way, const perp_
                             const perp__placed *b, double *against)
 {
     const perp__axis *axis = &on->axes.axis[k];
-    const int32_t of_a = k < on->axes.faces[0],
-                  of_b = !of_a && k - on->axes.faces[0] < on->axes.faces[1];
+    const bool of_a = k < on->axes.faces[0],
+               of_b = !of_a && k - on->axes.faces[0] < on->axes.faces[1];
     double normal[3], between[3], local[3];
     perp__apply3(normal, of_a && way < on->a->reach ? a->rotation : on->frame[0], axis->normal);
     if (of_b && way < on->b->reach) {
@@ -216,7 +214,7 @@ static double entry_of(const course *on, const double *gate, double t, double en
     return enter <= leave && enter <= 1.0 ? t + enter * (end - t) : INFINITY;
 }
 
-static int32_t axes_at(course *on, double t, double far)
+static bool axes_at(course *on, double t, double far)
 {
     perp__placed a, b;
     perp__moved(on->a, t, &a);
@@ -266,8 +264,8 @@ static double find_closing(course *on, double open, double closed)
 }
 
 /* Looks at the axes of the start, sets their gates; whether a face keeps shapes apart all along. */
-static int32_t set_out(course *on, const perp__moving *a, const perp__moving *b, int32_t planar,
-                       const perp__touch_tolerance *tolerance)
+static bool set_out(course *on, const perp__moving *a, const perp__moving *b, int32_t planar,
+                    const perp__touch_tolerance *tolerance)
 {
     on->a = a;
     on->b = b;
@@ -290,7 +288,7 @@ static int32_t set_out(course *on, const perp__moving *a, const perp__moving *b,
  * all among their axes. */
 static void set_collision(course *on, double t, perp__collision *collision)
 {
-    const int32_t boxes = perp__are_boxes(on->a->start, on->b->start, on->planar);
+    const bool boxes = perp__are_boxes(on->a->start, on->b->start, on->planar);
     perp__placed a, b;
     double due;
     perp__moved(on->a, t, &a);
@@ -359,7 +357,7 @@ int32_t perp__find_collision(const perp__moving *a, const perp__moving *b, int32
 
         /* 3. when the axis is due by its rate; and how long it is open for sure: what lacks so
          * much, closed at a rate that grows no faster than by 2 bend */
-        const int32_t goes_on = !met && on.turning && on.last == axis && look > 0;
+        const bool goes_on = !met && on.turning && on.last == axis && look > 0;
         double rate = goes_on ? (before - lacks) / (t - last) : 0.0;
         due = rate > 0.0 ? lacks / rate : INFINITY;
         rate += bend * (t - last);

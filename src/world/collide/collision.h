@@ -42,9 +42,9 @@ double perp__relative_displacement(const perp__moving *a, const perp__moving *b)
 /* Whether the shapes, none a half-space, touch or overlap at the start, where they have these axes,
  * in a way that leaves no doubt about the normal: one axis alone keeps them apart. */
 struct perp__axes;
-int32_t perp__touch_plainly(const perp__moving *a, const perp__moving *b, int32_t planar,
-                            const perp__touch_tolerance *tolerance, const struct perp__axes *axes,
-                            perp__collision *collision);
+bool perp__touch_plainly(const perp__moving *a, const perp__moving *b, int32_t planar,
+                         const perp__touch_tolerance *tolerance, const struct perp__axes *axes,
+                         perp__collision *collision);
 
 /* Whether the motion makes shapes meet that do not touch plainly; -1: the looks end before it. */
 int32_t perp__find_collision(const perp__moving *a, const perp__moving *b, int32_t planar,
@@ -56,7 +56,7 @@ int32_t perp__collide_along(const perp__placed *a, const perp__placed *b, int32_
                             int32_t axis, perp__point *points);
 
 /* Whether the point lies inside the shape, by more than `depth`. */
-int32_t perp__holds(const perp__placed *shape, const double *point, double depth);
+bool perp__holds(const perp__placed *shape, const double *point, double depth);
 
 /* A position on the surface of a shape that makes the normal there. */
 typedef struct perp__footing {
@@ -83,8 +83,7 @@ typedef struct perp__axis {
 /* The faces of A, those of B, then what edges make; separations of -INFINITY are none. */
 #define PERP__MAX_AXES (2 * (2 * PERP_MAX_HULL_CORNERS - 4) + 2)
 typedef struct perp__axes {
-    int32_t count;
-    int32_t faces[2];
+    int32_t count, faces[2];
     perp__axis axis[PERP__MAX_AXES];
 } perp__axes;
 
@@ -98,7 +97,7 @@ typedef struct perp__axes {
  * own: its direction would be rounding, and the face normals stand in for it to 1e-6 of an edge's
  * length. A normal is made by the faces with whose normals it has more than this in common. */
 #define PERP__PARALLEL 1e-6
-static inline int32_t perp__is_same_way(double cosine)
+static inline bool perp__is_same_way(double cosine)
 {
     return cosine >= 1.0 - PERP__PARALLEL * PERP__PARALLEL;
 }
@@ -123,8 +122,8 @@ int perp__box_is_smaller(const perp__placed *a, const perp__placed *b);
 
 /* The axes of any two shapes but half-spaces. Returns 0 where a face keeps them farther apart than
  * `far`: then it is the last one found. */
-int32_t perp__axes_of(const perp__placed *a, const perp__placed *b, int32_t planar, double far,
-                      perp__axes *axes);
+bool perp__axes_of(const perp__placed *a, const perp__placed *b, int32_t planar, double far,
+                   perp__axes *axes);
 
 /* The axis with the largest sum of separation and gate (NULL: none). The faces of the larger shape
  * are preferred, then the other's, then edges, so that rounding does not choose. */
@@ -137,8 +136,7 @@ int32_t perp__last_to_close(const perp__placed *a, const perp__placed *b, const 
  * and one of them; 0 where faces of both lie in one plane, along which each may slide. Returns 0
  * where no two directions of faces touch. */
 #define PERP__MIDDLE_AXIS (-3)
-int32_t perp__middle_of_faces(const perp__axes *axes, double touching, double *normal,
-                              double *within);
+bool perp__middle_of_faces(const perp__axes *axes, double touching, double *normal, double *within);
 
 /* Separation along a direction of the world that need not be an axis any more. */
 double perp__separation(const perp__placed *a, const perp__placed *b, const double *normal);

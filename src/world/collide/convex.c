@@ -186,7 +186,7 @@ static double mean_below(int32_t edges, const double *bounds, double most)
  * of those that are aside of the direction. Edges are tried that may separate more than `most`, as
  * faces do; then, while the best of their products has less than was asked for, those that may
  * more than it, or than the mean of the rest. More than `enough` ends the search. */
-static double best_product(const perp__convex_pair *pair, const double *direction, int32_t aside,
+static double best_product(const perp__convex_pair *pair, const double *direction, bool aside,
                            double most, double least, double enough, double *normal,
                            int32_t *number)
 {
@@ -374,12 +374,11 @@ double perp__convex_rim(const perp__convex_pair *pair, const perp__polytope *pol
 
 /* Whether the axis of a face is the direction of the closest points: a corner of the other core
  * that is next to the face lies over it, within its rim as seen along its normal. */
-static int32_t is_closest(const perp__convex_pair *pair, int32_t side, int32_t face,
-                          double separation)
+static bool is_closest(const perp__convex_pair *pair, int32_t side, int32_t face, double separation)
 {
     const perp__polytope *self = &pair->side[side], *other = &pair->side[1 - side];
     const int32_t count = self->first[face + 1] - self->first[face];
-    int32_t over = 0;
+    bool over = 0;
     for (int32_t c = 0; c < other->corners && !over; c++) {
         const double *x = other->corner + 3 * c;
         double height = perp__dot3(self->normal + 3 * face, x) - self->offset[face] - pair->radius;
@@ -396,7 +395,7 @@ static int32_t is_closest(const perp__convex_pair *pair, int32_t side, int32_t f
 static void closest_axis(const perp__convex_pair *pair, const perp__axis *axes, int32_t best,
                          perp__axis *axis)
 {
-    const int32_t bare = pair->side[0].faces == 0 && pair->side[1].faces == 0;
+    const bool bare = pair->side[0].faces == 0 && pair->side[1].faces == 0;
     perp__closest closest;
     axis->separation = -INFINITY;
     axis->normal[0] = axis->normal[1] = axis->normal[2] = 0.0;
@@ -418,7 +417,7 @@ static void closest_axis(const perp__convex_pair *pair, const perp__axis *axes, 
         axis->separation = -INFINITY;
 }
 
-int32_t perp__convex_axes(const perp__convex_pair *pair, double far, perp__axes *axes)
+bool perp__convex_axes(const perp__convex_pair *pair, double far, perp__axes *axes)
 {
     int32_t count = 0, best = 0;
     for (int32_t side = 0; side < 2; side++) {
@@ -454,7 +453,7 @@ int32_t perp__convex_axes(const perp__convex_pair *pair, double far, perp__axes 
 double perp__separation_aside(const perp__placed *a, const perp__placed *b, int32_t planar,
                               const perp__axes *axes, int32_t best, double least, double enough)
 {
-    const int32_t all = perp__are_boxes(a, b, planar) || perp__is_ball_pair(a, b);
+    const bool all = perp__are_boxes(a, b, planar) || perp__is_ball_pair(a, b);
     const int32_t count = all ? axes->count : axes->faces[0] + axes->faces[1];
     const double *direction = axes->axis[best].normal;
     const double radius = a->geometry->radius + b->geometry->radius;

@@ -36,9 +36,7 @@ typedef struct cutter {
     int32_t side; /* of the pair, whose face it is */
     int32_t face;
     int32_t p; /* of its rim */
-    double out[3];
-    double limit;
-    double tolerance;
+    double out[3], limit, tolerance;
 } cutter;
 
 static int32_t corner_feature(int32_t side, int32_t corner)
@@ -70,7 +68,7 @@ static void clip(const cutter *cut, const rim *in, rim *out)
     for (int32_t q = 0; q < in->count; q++) {
         const rim_corner *here = &in->corners[q], *next = &in->corners[(q + 1) % in->count];
         const double at = beyond(cut, here);
-        const int32_t ends = q + 1 == in->count && !in->closed;
+        const bool ends = q + 1 == in->count && !in->closed;
         const double at_next = ends ? at : beyond(cut, next);
         if (at <= on && out->count < MAX_RIM) {
             out->corners[out->count] = *here;
@@ -180,8 +178,8 @@ static int32_t face_points(const perp__convex_pair *pair, int32_t side, int32_t 
 
 /* The point where two edges cross. Shapes that overlap least along this axis do cross there; apart,
  * the lines may come closest beyond the edges' ends, which is not this point: returns 0. */
-static int32_t edge_point(const perp__convex_pair *pair, int32_t edge_a, int32_t edge_b,
-                          double margin, perp__point *points)
+static bool edge_point(const perp__convex_pair *pair, int32_t edge_a, int32_t edge_b, double margin,
+                       perp__point *points)
 {
     perp__segment a, b;
     double on_a[3], on_b[3], normal[3], between[3], middle[3];
@@ -213,7 +211,7 @@ static int32_t closest_points(const perp__convex_pair *pair, const double *norma
     perp__closest closest;
     int32_t count = 0;
     perp__convex_closest(pair, &closest);
-    const int32_t lost = separation < 0.0 || closest.distance <= PERP__NEGLIGIBLE * pair->size;
+    const bool lost = separation < 0.0 || closest.distance <= PERP__NEGLIGIBLE * pair->size;
     const double *along = lost ? normal : closest.direction;
     for (int32_t i = 0; i < closest.count; i++) {
         double between[3], middle[3], gap;
@@ -271,7 +269,7 @@ int32_t perp__convex_points(const perp__convex_pair *pair, int32_t axis_number, 
     const int32_t edges = pair->side[1].edges, i = (number - faces) / edges;
     const int32_t j = (number - faces) % edges, crossing = number >= faces;
     int32_t side = number >= faces_a, face = side ? number - faces_a : number;
-    const int32_t of_face = number >= 0 && number < faces;
+    const bool of_face = number >= 0 && number < faces;
     int32_t count = 0, over_face = of_face;
     double separation = -INFINITY, most = 1.0 - 0.5 * PERP__FLAT * PERP__FLAT;
     perp__axis axis;

@@ -25,7 +25,7 @@ TARGET static void NAME(find_crossing)(const perp__convex_pair *pair, int32_t i,
     const perp__polytope *a = &pair->side[0];
     const double *left = a->normal + 3 * a->edge[4 * i + 2];
     const double *right = a->normal + 3 * a->edge[4 * i + 3];
-    const int32_t bare_a = pair->side[0].faces == 0, bare_b = pair->side[1].faces == 0;
+    const bool bare_a = pair->side[0].faces == 0, bare_b = pair->side[1].faces == 0;
     const lanes none = spread(0.0);
     double u[3];
     edge_vector(a, i, u);

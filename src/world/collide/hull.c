@@ -18,16 +18,14 @@ enum { NONE = -1 };
 typedef struct triangle {
     int32_t corner[3]; /* numbers of corners */
     int32_t face;
-    double normal[3];
-    double offset;
+    double normal[3], offset;
     double area; /* twice the triangle's */
 } triangle;
 
 typedef struct work {
     perp_context *context;
     const double *points; /* the caller's */
-    int32_t count;
-    int32_t planar;
+    int32_t count, planar;
     double middle[3]; /* of the points' box */
     int exponent;     /* the points lie within 2^exponent of it */
     double flat;      /* what is less far beyond a face lies on it */
@@ -283,7 +281,7 @@ static void merge(work *w)
             const triangle *t = &w->triangle[stack[--depth]];
             for (int32_t i = 0; i < 3; i++) {
                 const int32_t other = with_edge(w, t->corner[(i + 1) % 3], t->corner[i]);
-                int32_t flat = other != NONE && w->triangle[other].face == NONE;
+                bool flat = other != NONE && w->triangle[other].face == NONE;
                 for (int32_t k = 0; k < 3 && flat; k++)
                     flat = fabs(beyond(w, &w->triangle[seed],
                                        w->corner[w->triangle[other].corner[k]])) <= 2.0 * w->flat;
@@ -375,7 +373,7 @@ static void write_plane(const work *w, const parts *p, int32_t face)
 }
 
 /* Loops, from the corner of the lowest number on, and edges; 0 where rounding tore the surface. */
-static int32_t write_topology(const work *w, perp__polytope *polytope, const parts *p)
+static bool write_topology(const work *w, perp__polytope *polytope, const parts *p)
 {
     int32_t sides = 0, whole = 1;
     for (int32_t f = 0; f < polytope->faces && whole; f++) {

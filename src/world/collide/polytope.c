@@ -101,7 +101,7 @@ double perp__reach_of_hull(const perp__hull *hull, const double *normal)
 
 /* ---- points inside of a shape, and just before its faces ---- */
 
-int32_t perp__holds(const perp__placed *shape, const double *point, double depth)
+bool perp__holds(const perp__placed *shape, const double *point, double depth)
 {
     const perp__geometry *geometry = shape->geometry;
     double between[3], local[3];
@@ -132,7 +132,7 @@ int32_t perp__probe_faces(const perp__placed *shape, const perp__footing *at, do
                           double normals[][3])
 {
     const perp__geometry *geometry = shape->geometry;
-    const int32_t boxed = geometry->kind == PERP__BOX;
+    const bool boxed = geometry->kind == PERP__BOX;
     const double *half = geometry->half_extents;
     perp__polytope_room room;
     perp__polytope polytope;

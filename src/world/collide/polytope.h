@@ -30,9 +30,7 @@ typedef struct perp__polytope {
 
 /* Numbers of a polytope that are made for a while. */
 typedef struct perp__polytope_room {
-    double corner[3 * PERP__MAX_CORNERS];
-    double normal[3 * PERP__MAX_FACES];
-    double offset[PERP__MAX_FACES];
+    double corner[3 * PERP__MAX_CORNERS], normal[3 * PERP__MAX_FACES], offset[PERP__MAX_FACES];
 } perp__polytope_room;
 
 /* Any shape but a half-space, in its own frame. */
@@ -92,7 +90,7 @@ void perp__convex_pair_set(perp__convex_pair *pair, const perp__placed *a, const
  * rounded shapes the direction between the points of the cores that are closest, where it is none
  * of a face; -INFINITY where there is none. Widths are INFINITY. Returns 0, and not all of them,
  * where a face keeps them farther apart than `far`. */
-int32_t perp__convex_axes(const perp__convex_pair *pair, double far, perp__axes *axes);
+bool perp__convex_axes(const perp__convex_pair *pair, double far, perp__axes *axes);
 
 /* How far axis `best` alone decides: the largest separation of the cores along other directions, or
  * one that is more than `enough`; or `least` where none is more. */

@@ -22,16 +22,16 @@
  * bit i for point i; one of them at least, or `all` that are held. */
 static uint32_t held_points(const perp_world *world, int32_t shape, int32_t owner,
                             const double points[][3], int32_t count, double h, double t,
-                            double depth, int32_t all)
+                            double depth, bool all)
 {
-    int32_t link = world->shapes[shape].first_link;
+    int32_t link = world->shapes.all[shape].first_link;
     uint32_t held = 0;
 
     while (link >= 0 && (all ? held != (1u << count) - 1u : !held && count > 0)) {
-        const perp__pair *pair = &world->pairs[link / 2];
+        const perp__pair *pair = &world->pairs.all[link / 2];
         const int32_t side = 1 - link % 2, other = side == 0 ? pair->first : pair->second;
-        const double *v = world->motions[pair->body[side]].moving;
-        const perp__placed *there = &world->placed[other];
+        const double *v = world->step.motions[pair->body[side]].moving;
+        const perp__placed *there = &world->step.placed[other];
         double between[3], reach = there->radius;
         perp__placed placed;
 
@@ -42,7 +42,7 @@ static uint32_t held_points(const perp_world *world, int32_t shape, int32_t owne
             reach += h * (fabs(v[0]) + fabs(v[1]) + fabs(v[2])) +
                      perp__turning(world, pair->body[side], pair->reach[side], h);
         for (int32_t i = 0; i < count; i++) {
-            perp__subtract3(between, points[i], world->placed[other].position);
+            perp__subtract3(between, points[i], world->step.placed[other].position);
             if (held >> i & 1u || perp__dot3(between, between) > reach * reach)
                 continue; /* or it comes nowhere near the point */
             if (t > 0.0 && there != &placed) {
@@ -89,17 +89,17 @@ static void begin_encounter(encounter *e, const perp_world *world, const perp__p
  * t of the step, by another shape near `shape`. On the whole an edge is open if one of its faces is
  * and the shapes overlap along that by more than the thickness: none came in through it. Lists of
  * what never moves may be long: they are read for bodies of many shapes only. */
-static int32_t is_covered(const encounter *e, const perp__footing *at, double t, int32_t owner,
-                          int32_t shape, const perp__placed *placed, const perp__placed *beside,
-                          int32_t whole)
+static bool is_covered(const encounter *e, const perp__footing *at, double t, int32_t owner,
+                       int32_t shape, const perp__placed *placed, const perp__placed *beside,
+                       bool whole)
 {
     const perp_world *world = e->world;
     double probes[PERP__MAX_PROBES][3], normals[PERP__MAX_PROBES][3];
     uint32_t held;
     int32_t faces;
 
-    if (!perp__is_dynamic(world, world->shapes[shape].body) &&
-        world->bodies[world->shapes[owner].body].shapes < 2)
+    if (!perp__is_dynamic(world, world->shapes.all[shape].body) &&
+        world->bodies.all[world->shapes.all[owner].body].shapes < 2)
         return 0;
     faces = perp__probe_faces(placed, at, probes, normals);
     held = held_points(world, shape, owner, (const double(*)[3])probes, faces, e->h, t,
@@ -113,8 +113,8 @@ static int32_t is_covered(const encounter *e, const perp__footing *at, double t,
 
 /* Whether either surface is covered where the points lie deepest; or on the whole: in the middle of
  * them all. One face alone is open unless the collision is doubtful. */
-static int32_t are_covered(const encounter *e, const perp__collision *collision, int32_t whole,
-                           const perp__placed *a, const perp__placed *b, int32_t count)
+static bool are_covered(const encounter *e, const perp__collision *collision, bool whole,
+                        const perp__placed *a, const perp__placed *b, int32_t count)
 {
     const perp__point *points = e->points;
     const double *n = points[0].normal, back[3] = {-n[0], -n[1], -n[2]};
@@ -174,8 +174,8 @@ static face_of face_owner(const perp__axes *axes, int32_t k)
  * before they moved in the shape that has this face, of edges in one of the two, they overlap along
  * it by no more than `begun` and the thickness. A thin shape that another one is half-way through
  * overlaps it least along any way aside, which leads past neither. */
-static int32_t came_along(const encounter *e, double t, const double *normal, face_of owner,
-                          double begun)
+static bool came_along(const encounter *e, double t, const double *normal, face_of owner,
+                       double begun)
 {
     const perp__moving *shape[2] = {&e->a, &e->b};
 
@@ -265,12 +265,12 @@ static int32_t open_points(const encounter *e, perp__collision *collision, doubl
 /* The normal along which the pair pressed in the last step; NULL if it did not. */
 static const double *pressed_along(const perp_world *world, const perp__pair *pair)
 {
-    for (int32_t i = pair->first_sleeping; i >= 0; i = world->sleeping[i].next)
-        if (!perp__is_zero3(world->sleeping[i].memory.impulse))
-            return world->sleeping[i].memory.normal;
+    for (int32_t i = pair->first_sleeping; i >= 0; i = world->sleep.contacts[i].next)
+        if (!perp__is_zero3(world->sleep.contacts[i].memory.impulse))
+            return world->sleep.contacts[i].memory.normal;
     for (int32_t i = 0; i < pair->memories; i++)
-        if (!perp__is_zero3(world->memories[pair->first_memory + i].impulse))
-            return world->memories[pair->first_memory + i].normal;
+        if (!perp__is_zero3(world->memory.all[pair->first_memory + i].impulse))
+            return world->memory.all[pair->first_memory + i].normal;
     return NULL;
 }
 
@@ -278,14 +278,14 @@ static const double *pressed_along(const perp_world *world, const perp__pair *pa
  * step and hardly move, or are balls whose way bends off their tangent by less than a quarter of
  * that: what lies on others leaves them by as much as a step is wrong; or would touch plainly in
  * whatever way their bodies go, no farther than they do now. */
-static int32_t touch_plainly(const encounter *e, perp__pair *pair, const perp__axes *axes,
-                             double margin)
+static bool touch_plainly(const encounter *e, perp__pair *pair, const perp__axes *axes,
+                          double margin)
 {
     const int32_t planar = e->world->settings.planar;
     const perp__geometry *a = e->a.start->geometry, *b = e->b.start->geometry;
     const double apart = a->radius + b->radius; /* of balls' centres */
-    const int32_t rounded = a->radius > 0.0 && b->radius > 0.0;
-    const int32_t balls = a->kind == PERP__SPHERE && b->kind == PERP__SPHERE;
+    const bool rounded = a->radius > 0.0 && b->radius > 0.0;
+    const bool balls = a->kind == PERP__SPHERE && b->kind == PERP__SPHERE;
     perp__touch_tolerance wide = e->tolerance;
 
     if (perp__touch_plainly(&e->a, &e->b, planar, &e->tolerance, axes, &pair->collision))
@@ -302,17 +302,17 @@ static int32_t touch_plainly(const encounter *e, perp__pair *pair, const perp__a
 }
 
 /* Whether the bodies begin the step at rest beside each other. */
-static int32_t begin_at_rest(const encounter *e)
+static bool begin_at_rest(const encounter *e)
 {
-    const double *a = e->world->motions[e->world->shapes[e->pair->first].body].start;
-    const double *b = e->world->motions[e->world->shapes[e->pair->second].body].start;
+    const double *a = e->world->step.motions[e->world->shapes.all[e->pair->first].body].start;
+    const double *b = e->world->step.motions[e->world->shapes.all[e->pair->second].body].start;
 
     return memcmp(a, b, 6 * sizeof *a) == 0 && perp__is_zero3(a + 3);
 }
 
 /* Whether shapes that touch, and do not move, pressed in the last step along an axis that they
  * still have: where several keep them apart, nothing yet says that it is another one. */
-static int32_t presses_on(const encounter *e, perp__pair *pair, const perp__axes *axes, double far)
+static bool presses_on(const encounter *e, perp__pair *pair, const perp__axes *axes, double far)
 {
     const double *normal = begin_at_rest(e) ? pressed_along(e->world, pair) : NULL;
     double local[3], middle[3];
@@ -321,8 +321,8 @@ static int32_t presses_on(const encounter *e, perp__pair *pair, const perp__axes
         return 0;
     perp__apply_transposed3(local, e->a.start->rotation, normal);
     pair->collision.axis = PERP__MIDDLE_AXIS;
-    int32_t found = perp__middle_of_faces(axes, e->tolerance.touching, middle, NULL) &&
-                    perp__is_same_way(fabs(perp__dot3(middle, local)));
+    bool found = perp__middle_of_faces(axes, e->tolerance.touching, middle, NULL) &&
+                 perp__is_same_way(fabs(perp__dot3(middle, local)));
     for (int32_t k = 0; k < axes->count && !found; k++) {
         pair->collision.axis = axes->axis[k].number;
         found = fabs(axes->axis[k].separation) <= far &&
@@ -336,11 +336,11 @@ static int32_t presses_on(const encounter *e, perp__pair *pair, const perp__axes
 /* Whether shapes at rest that touch in an edge or a corner of both can lean on each other along the
  * middle of the faces there: each of these can hold that by friction, so that whichever the motion
  * would close, they stand on it. Where faces lie in one plane nothing says that one leans. */
-static int32_t lean(const encounter *e, perp__pair *pair, const perp__axes *axes)
+static bool lean(const encounter *e, perp__pair *pair, const perp__axes *axes)
 {
     const perp_world *world = e->world;
     const double mu =
-        perp__pair_friction(&world->shapes[pair->first], &world->shapes[pair->second]);
+        perp__pair_friction(&world->shapes.all[pair->first], &world->shapes.all[pair->second]);
     double middle[3], within;
 
     pair->collision.axis = PERP__MIDDLE_AXIS;
@@ -400,8 +400,8 @@ static void note_clearance(const encounter *e, perp__pair *pair, const perp__axe
     double *apart = pair->collision.apart, separation;
 
     perp__subtract3(apart, b->position, a->position);
-    separation = perp__normalise3(apart) - e->world->shapes[pair->first].radius -
-                 e->world->shapes[pair->second].radius;
+    separation = perp__normalise3(apart) - e->world->shapes.all[pair->first].radius -
+                 e->world->shapes.all[pair->second].radius;
     for (int32_t k = 0; k < axes->count; k++)
         if (axes->axis[k].separation > separation) {
             separation = axes->axis[k].separation;
@@ -423,14 +423,14 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
     pair->plain = 1;
     if (pair->plane) { /* one normal at any distance: near ones come at once */
         const int32_t a = pair->body[0], b = pair->body[1];
-        const double *from = world->motions[a].moving, *to = world->motions[b].moving;
+        const double *from = world->step.motions[a].moving, *to = world->step.motions[b].moving;
         const double displacement = (fabs(h * to[0] - h * from[0]) + fabs(h * to[1] - h * from[1]) +
                                      fabs(h * to[2] - h * from[2])) +
                                     perp__turning(world, a, pair->reach[0], h) +
                                     perp__turning(world, b, pair->reach[1], h);
         const double due = perp__greater(perp__lesser(margin, 2.0 * displacement), touching);
 
-        made = perp__collide(&world->placed[pair->first], &world->placed[pair->second],
+        made = perp__collide(&world->step.placed[pair->first], &world->step.placed[pair->second],
                              world->settings.planar, perp__greater(far, due), points);
         for (int32_t i = 0; i < made; i++)
             if (points[i].gap <= due)
@@ -454,13 +454,13 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
     return made;
 }
 
-int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h)
+bool perp__pair_collides(const perp_world *world, perp__pair *pair, double h)
 {
     const int32_t planar = world->settings.planar;
+    int32_t met; /* -1: unknown */
     perp__point points[PERP__MAX_POINTS];
     perp__axes axes;
     perp__placed a, b;
-    int32_t met;
     encounter e;
 
     begin_encounter(&e, world, pair, h, points);
@@ -482,7 +482,7 @@ int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h)
     return perp__collide(&a, &b, planar, 0.0, points) > 0;
 }
 
-int32_t perp__pair_meets(const perp_world *world, const perp__pair *pair, double h)
+bool perp__pair_meets(const perp_world *world, const perp__pair *pair, double h)
 {
     perp__collision collision;
     encounter e;
@@ -538,9 +538,10 @@ static overlap overlap_at(const encounter *e, double t, double far)
  * that make less than the overlap in a step, or go out again, these would let it be: the last pose
  * is taken that is no deeper than the level lets a motion go. Of half-spaces all points are there
  * from the start. */
-int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
+bool perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
 {
-    const perp__shape *first = &world->shapes[pair->first], *second = &world->shapes[pair->second];
+    const perp__shape *first = &world->shapes.all[pair->first],
+                      *second = &world->shapes.all[pair->second];
     const double level =
         fmax(perp__level_of(world)->deep, PERP__NEAR) * perp__pair_size(world, pair);
     const double deep = pair->plane ? level : PERP__NEAR * perp__pair_size(world, pair);
@@ -562,9 +563,8 @@ int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
     collision->begun = perp__lesser(before.separation, 0.0);
     const double closes =
         64.0 * (overlap_at(&e, 1.0 - 1.0 / 64.0, INFINITY).separation - end.separation);
-    const int32_t along =
-        pair->plane || came_along(&e, 1.0, end.normal, end.owner, collision->begun);
-    const int32_t leaves = along && !(closes >= collision->begun - end.separation);
+    const bool along = pair->plane || came_along(&e, 1.0, end.normal, end.owner, collision->begun);
+    const bool leaves = along && !(closes >= collision->begun - end.separation);
     const double finest = (leaves ? level : width) / (e.displacement + turning);
     while ((leaves || !along) && to - from > fmax(finest, DBL_EPSILON)) {
         const double t = 0.5 * (from + to);

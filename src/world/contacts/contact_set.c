@@ -28,8 +28,8 @@ perp_status perp__reserve_contacts(perp_world *world, perp__contact_set *set, in
     if (needed <= set->capacity)
         return PERP_OK;
     status = perp__reserve_memories(world, needed);
-    if (status == PERP_OK && set == &world->contacts)
-        status = grow(world, &world->last, needed);
+    if (status == PERP_OK && set == &world->contacts.now)
+        status = grow(world, &world->contacts.last, needed);
     return status == PERP_OK ? grow(world, set, needed) : status;
 }
 
@@ -49,14 +49,14 @@ static void write_contact(const perp_world *world, const perp__contact_set *set,
                           const perp__world_contact *last, const perp__pair *pair,
                           const perp__point *point, const perp__state *states)
 {
-    const perp__shape *a = &world->shapes[pair->first];
-    const perp__shape *b = &world->shapes[pair->second];
+    const perp__shape *a = &world->shapes.all[pair->first];
+    const perp__shape *b = &world->shapes.all[pair->second];
     perp__world_contact *contact = &set->contacts[i];
     perp__response *response = &set->responses[i];
     perp__contact_flags *flags = &set->flags[i];
 
     if (last && last->shape_a == pair->first && last->shape_b == pair->second &&
-        last->round == world->rounds &&
+        last->round == world->contacts.rounds &&
         memcmp(last->axes[0], point->normal, sizeof point->normal) == 0) {
         memcpy(contact->axes, last->axes, sizeof *contact - offsetof(perp__world_contact, axes));
     } else {
@@ -64,12 +64,12 @@ static void write_contact(const perp_world *world, const perp__contact_set *set,
         contact->body_b = b->body;
         contact->shape_a = pair->first;
         contact->shape_b = pair->second;
-        contact->generations[0] = world->bodies[a->body].generation;
-        contact->generations[1] = world->bodies[b->body].generation;
+        contact->generations[0] = world->bodies.all[a->body].generation;
+        contact->generations[1] = world->bodies.all[b->body].generation;
         contact->generations[2] = a->generation;
         contact->generations[3] = b->generation;
-        contact->pair = (int32_t)(pair - world->pairs);
-        contact->round = world->rounds;
+        contact->pair = (int32_t)(pair - world->pairs.all);
+        contact->round = world->contacts.rounds;
         contact->rounding = perp__pair_rounding(world, pair);
         contact->size = perp__pair_size(world, pair);
         contact->friction = perp__pair_friction(a, b);
@@ -114,18 +114,18 @@ void perp__prepare_contact(const perp_world *world, const perp__contact_set *set
 void perp__write_touching(const perp_world *world, int32_t i, const perp__world_contact *last,
                           const perp__pair *pair, const perp__point *point)
 {
-    const perp__contact_set *set = &world->contacts;
+    const perp__contact_set *set = &world->contacts.now;
 
-    write_contact(world, set, i, last, pair, point, world->states);
+    write_contact(world, set, i, last, pair, point, world->bodies.states);
     set->flags[i].closed = !(set->contacts[i].gap > set->contacts[i].rounding);
     perp__prepare_contact(world, set, i);
 }
 
 double perp__longest_displacement(const perp_world *world, int32_t body, double h)
 {
-    const double *moving = world->motions[body].moving;
+    const double *moving = world->step.motions[body].moving;
 
-    return h * (perp__length3(moving) + perp__length3(moving + 3) * world->bodies[body].radius);
+    return h * (perp__length3(moving) + perp__length3(moving + 3) * world->bodies.all[body].radius);
 }
 
 /* The points of a pair that touches plainly, unless its contacts have them; how many there are.
@@ -136,13 +136,13 @@ static int32_t touch(const perp_world *world, perp__pair *pair, double h, perp__
     double far = INFINITY;
 
     if (pair->plane) {
-        const int32_t side = world->shapes[pair->first].geometry.kind == PERP__PLANE ? 0 : 1;
+        const int32_t side = world->shapes.all[pair->first].geometry.kind == PERP__PLANE ? 0 : 1;
 
-        if (world->bodies[pair->body[side]].kind == PERP_BODY_STATIC)
+        if (world->bodies.all[pair->body[side]].kind == PERP_BODY_STATIC)
             far = perp__greater(PERP__NEAR * perp__pair_size(world, pair),
                                 perp__longest_displacement(world, pair->body[1 - side], h));
     }
-    pair->same = world->settled > 0 && perp__stays_same(world, pair);
+    pair->same = world->sleep.settled > 0 && perp__stays_same(world, pair);
     if (!pair->same)
         pair->made = (int8_t)perp__touching_points(world, pair, h, far, points);
     pair->open = pair->made == 0;
@@ -184,7 +184,7 @@ static void write_share(perp_world *world, perp__share *share, double h)
                 perp__repeat_contact(world, pair, k, number);
             else
                 perp__write_touching(world, number, last, pair, point);
-            last = &world->contacts.contacts[number++];
+            last = &world->contacts.now.contacts[number++];
         }
         perp__hand_over(world, pair);
     }
@@ -207,11 +207,11 @@ static perp_status gather_shares(perp_world *world, int32_t lanes, double h)
     }
     if (status != PERP_OK)
         return perp__fail_memory(world->context, "the contacts");
-    status = perp__reserve_contacts(world, &world->contacts, count);
+    status = perp__reserve_contacts(world, &world->contacts.now, count);
     if (status != PERP_OK)
         return status;
-    (void)perp__share_out(world, world->pair_count, write_share, h, NULL);
-    world->contacts.count = count;
+    (void)perp__share_out(world, world->pairs.count, write_share, h, NULL);
+    world->contacts.now.count = count;
     return PERP_OK;
 }
 
@@ -223,11 +223,11 @@ static perp_status touch_alone(perp_world *world, int32_t i, double h)
     perp_status status;
 
     touch_share(world, &share, h);
-    share.contact = world->contacts.count;
-    status = perp__reserve_contacts(world, &world->contacts, share.contact + share.count);
+    share.contact = world->contacts.now.count;
+    status = perp__reserve_contacts(world, &world->contacts.now, share.contact + share.count);
     if (status == PERP_OK) {
         write_share(world, &share, h);
-        world->contacts.count += share.count;
+        world->contacts.now.count += share.count;
     }
     return status;
 }
@@ -238,58 +238,60 @@ perp_status perp__find_contacts(perp_world *world, double h)
     int32_t lanes = 0;
 
     /* 1. Pairs, and what they remember. */
-    world->contacts.count = world->contacts.included = world->contacts.rubbing = 0;
-    world->rounds = 0;
+    world->contacts.now.count = world->contacts.now.included = world->contacts.now.rubbing = 0;
+    world->contacts.rounds = 0;
     status = perp__enclose_motions(world, h);
-    if (status == PERP_OK && world->memories_restored)
+    if (status == PERP_OK && world->memory.restored)
         perp__find_memories(world);
-    if (status == PERP_OK && world->settled > 0)
+    if (status == PERP_OK && world->sleep.settled > 0)
         perp__note_settled(world);
     /* 2. How each pair takes part, and the points of those that touch plainly. */
     if (status == PERP_OK)
-        lanes = perp__share_out(world, world->pair_count, touch_share, h, NULL);
+        lanes = perp__share_out(world, world->pairs.count, touch_share, h, NULL);
     if (lanes > 0)
         status = gather_shares(world, lanes, h);
-    for (int32_t i = 0; i < world->pair_count && status == PERP_OK; i++) {
+    for (int32_t i = 0; i < world->pairs.count && status == PERP_OK; i++) {
         const perp__pair *pair = perp__ordered_pair(world, i);
 
         if (lanes == 0)
             status = touch_alone(world, i, h);
         for (int32_t side = 0; side < 2 && pair->spare < INFINITY; side++) {
-            double *spare = &world->motions[pair->body[side]].spare; /* other pairs' as well */
+            double *spare = &world->step.motions[pair->body[side]].spare; /* other pairs' as well */
 
             *spare = pair->spare < *spare ? pair->spare : *spare;
         }
     }
-    world->contacts.early = world->contacts.count;
-    if (status == PERP_OK && world->some_put && !world->awake_changed)
+    world->contacts.now.early = world->contacts.now.count;
+    if (status == PERP_OK && world->sleep.some_put && !world->sleep.awake_changed)
         perp__find_put(world);
     return status;
 }
 
 perp_status perp__find_overlaps(perp_world *world, double ways)
 {
-    perp__contact_set *set = &world->overlaps;
+    perp__contact_set *set = &world->contacts.overlaps;
     perp__point points[PERP__MAX_POINTS];
-    perp_status status = perp__enclose(world, world->awake, world->awake_count, 0.0, ways);
+    perp_status status =
+        perp__enclose(world, world->sleep.awake, world->sleep.awake_count, 0.0, ways);
 
     set->count = 0;
-    for (int32_t i = 0; i < world->pair_count && status == PERP_OK; i++) {
+    for (int32_t i = 0; i < world->pairs.count && status == PERP_OK; i++) {
         const perp__pair *pair = perp__ordered_pair(world, i);
         double margin = 0.0;
         int32_t made = 0;
 
         for (int32_t side = 0; side < 2; side++)
             if (perp__is_dynamic(world, pair->body[side]))
-                margin += ways * world->motions[pair->body[side]].overlap;
+                margin += ways * world->step.motions[pair->body[side]].overlap;
         if (!(margin > 0.0) || perp__is_swept(world, pair) || !perp__are_near(world, pair, margin))
             continue;
         status = perp__reserve_contacts(world, set, set->count + PERP__MAX_POINTS);
         if (status == PERP_OK)
-            made = perp__collide(&world->placed[pair->first], &world->placed[pair->second],
-                                 world->settings.planar, margin, points);
+            made =
+                perp__collide(&world->step.placed[pair->first], &world->step.placed[pair->second],
+                              world->settings.planar, margin, points);
         for (int32_t k = 0; k < made; k++) {
-            (void)perp__append_contact(world, set, pair, &points[k], world->next);
+            (void)perp__append_contact(world, set, pair, &points[k], world->step.next);
             set->flags[set->count - 1].included = 1;
         }
     }
@@ -300,10 +302,10 @@ perp_status perp__find_overlaps(perp_world *world, double ways)
 
 static double rounding_of(const perp_world *world, int32_t shape)
 {
-    const perp__shape *at = &world->shapes[shape];
+    const perp__shape *at = &world->shapes.all[shape];
 
-    return PERP__SUM_ROUNDING *
-           (perp__largest3(world->placed[shape].position) + at->radius + fabs(at->geometry.offset));
+    return PERP__SUM_ROUNDING * (perp__largest3(world->step.placed[shape].position) + at->radius +
+                                 fabs(at->geometry.offset));
 }
 
 double perp__pair_rounding(const perp_world *world, const perp__pair *pair)
@@ -313,16 +315,16 @@ double perp__pair_rounding(const perp_world *world, const perp__pair *pair)
 
 double perp__pair_size(const perp_world *world, const perp__pair *pair)
 {
-    const double a = world->bodies[world->shapes[pair->first].body].radius;
-    const double b = world->bodies[world->shapes[pair->second].body].radius;
+    const double a = world->bodies.all[world->shapes.all[pair->first].body].radius;
+    const double b = world->bodies.all[world->shapes.all[pair->second].body].radius;
 
     return a > 0.0 && b > 0.0 ? 2.0 * fmin(a, b) : a + b;
 }
 
 double perp__pair_thickness(const perp_world *world, const perp__pair *pair)
 {
-    double size =
-        perp__lesser(world->shapes[pair->first].thickness, world->shapes[pair->second].thickness);
+    double size = perp__lesser(world->shapes.all[pair->first].thickness,
+                               world->shapes.all[pair->second].thickness);
 
     return isfinite(size) ? size : 0.0;
 }
@@ -332,9 +334,10 @@ double perp__pair_touching(const perp_world *world, const perp__pair *pair, doub
     return PERP__NEGLIGIBLE * perp__pair_thickness(world, pair) + rounding;
 }
 
-int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double margin)
+bool perp__are_near(const perp_world *world, const perp__pair *pair, double margin)
 {
-    const perp__placed *a = &world->placed[pair->first], *b = &world->placed[pair->second];
+    const perp__placed *a = &world->step.placed[pair->first],
+                       *b = &world->step.placed[pair->second];
     const double reach = a->radius + b->radius + margin;
     double between[3];
 
@@ -343,7 +346,7 @@ int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double m
 }
 
 /* A ball in its body's centre does not. */
-static int32_t rotates(const perp__shape *shape)
+static bool rotates(const perp__shape *shape)
 {
     return shape->geometry.kind != PERP__SPHERE || !perp__is_zero3(shape->offset);
 }
@@ -355,13 +358,13 @@ double perp__turning_reach(const perp__shape *shape)
 
 void perp__moving_shape(const perp_world *world, int32_t shape, double h, perp__moving *moving)
 {
-    const perp__shape *at = &world->shapes[shape];
-    const double *twist = world->motions[at->body].moving;
-    const int32_t turns = rotates(at);
+    const perp__shape *at = &world->shapes.all[shape];
+    const double *twist = world->step.motions[at->body].moving;
+    const bool turns = rotates(at);
 
-    moving->start = &world->placed[shape];
+    moving->start = &world->step.placed[shape];
     moving->reach = at->reach;
-    perp__copy3(moving->centre, world->states[at->body].position);
+    perp__copy3(moving->centre, world->bodies.states[at->body].position);
     for (int32_t k = 0; k < 3; k++) {
         moving->displacement[k] = h * twist[k];
         moving->turn[k] = turns ? h * twist[3 + k] : 0.0;

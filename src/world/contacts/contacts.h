@@ -20,7 +20,7 @@ perp_status perp__enclose(perp_world *world, const int32_t *bodies, int32_t coun
 /* Forces and times near the largest numbers can leave the range of doubles: a body did. */
 perp_status perp__fail_range(const perp_world *world, int32_t body);
 /* Whether the fat boxes of a body hold what a twist makes of it from its state on. */
-int32_t perp__stays_enclosed(const perp_world *world, int32_t body, const double *moving, double h);
+bool perp__stays_enclosed(const perp_world *world, int32_t body, const double *moving, double h);
 /* Asks memory for what is read soon. Kernels, as calls of what has no effect are left out. */
 PERP__KERNEL static void perp__fetch(const void *from, size_t bytes)
 {
@@ -35,32 +35,32 @@ PERP__KERNEL static void perp__fetch(const void *from, size_t bytes)
 /* Pair i of what is gone through in order; one after it is asked of memory meanwhile. */
 PERP__KERNEL static perp__pair *perp__ordered_pair(const perp_world *world, int32_t i)
 {
-    if (i + PERP__FETCHED_AHEAD < world->pair_count)
-        perp__fetch(&world->pairs[world->pair_order[i + PERP__FETCHED_AHEAD].value],
-                    sizeof *world->pairs);
-    return &world->pairs[world->pair_order[i].value];
+    if (i + PERP__FETCHED_AHEAD < world->pairs.count)
+        perp__fetch(&world->pairs.all[world->pairs.order[i + PERP__FETCHED_AHEAD].value],
+                    sizeof *world->pairs.all);
+    return &world->pairs.all[world->pairs.order[i].value];
 }
 /* Whether the body's next state is the one at hand. */
-static inline int32_t perp__stays(const perp_world *world, int32_t body)
+static inline bool perp__stays(const perp_world *world, int32_t body)
 {
-    return memcmp(&world->states[body], &world->next[body], sizeof *world->states) == 0;
+    return memcmp(&world->bodies.states[body], &world->step.next[body], sizeof(perp__state)) == 0;
 }
 /* Whether some shape is near one of the body's. */
-static inline int32_t perp__has_pairs(const perp_world *world, int32_t body)
+static inline bool perp__has_pairs(const perp_world *world, int32_t body)
 {
-    int32_t shape = world->bodies[body].first_shape;
+    int32_t shape = world->bodies.all[body].first_shape;
 
-    while (shape >= 0 && world->shapes[shape].first_link < 0)
-        shape = world->shapes[shape].next_of_body;
+    while (shape >= 0 && world->shapes.all[shape].first_link < 0)
+        shape = world->shapes.all[shape].next_of_body;
     return shape >= 0;
 }
 /* The body, or what is near it, is not what it was in the last step. */
 static inline void perp__unsettle(perp_world *world, int32_t body)
 {
-    if (body >= world->fitted_bodies)
+    if (body >= world->step.fitted_bodies)
         return;
-    world->roles[body].repeats = 0;
-    world->motions[body].placed = 0;
+    world->step.roles[body].repeats = 0;
+    world->step.motions[body].placed = 0;
 }
 /* A shape that is about to be removed. */
 void perp__forget_shape(perp_world *world, int32_t shape);
@@ -81,13 +81,13 @@ static inline double perp__pair_friction(const perp__shape *a, const perp__shape
     return a->friction == b->friction ? a->friction : sqrt(a->friction) * sqrt(b->friction);
 }
 /* Whether the spheres about two shapes are within `margin` of each other; half-spaces are. */
-int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double margin);
+bool perp__are_near(const perp_world *world, const perp__pair *pair, double margin);
 /* How far a shape has points that turning may move, from its body's mass centre; and what turning
  * adds to the way of those of a body that have them so far, at most. */
 double perp__turning_reach(const perp__shape *shape);
 static inline double perp__turning(const perp_world *world, int32_t body, double reach, double h)
 {
-    const double *spin = world->motions[body].moving + 3;
+    const double *spin = world->step.motions[body].moving + 3;
 
     return h * (fabs(spin[0]) + fabs(spin[1]) + fabs(spin[2])) * reach;
 }
@@ -102,18 +102,18 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
                               perp__point *points);
 /* Whether the motion at hand makes the pair meet, and in which points, of the pose at the time of
  * pair->collision. */
-int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h);
+bool perp__pair_collides(const perp_world *world, perp__pair *pair, double h);
 /* Whether the motion at hand makes a pair meet that is no half-space's. */
-int32_t perp__pair_meets(const perp_world *world, const perp__pair *pair, double h);
+bool perp__pair_meets(const perp_world *world, const perp__pair *pair, double h);
 /* Whether it takes a pair that touches deep into each other: what turns comes down on another
  * corner or edge. */
-int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h);
+bool perp__pair_sinks(const perp_world *world, perp__pair *pair, double h);
 int32_t perp__collision_points(const perp_world *world, perp__pair *pair, double h,
                                perp__point *points);
 
 /* Whether the motion at hand closes contact i of the step's, which its rates leave a gap of
  * `end` < 0. */
-int32_t perp__meets(const perp_world *world, int32_t i, double h, double end);
+bool perp__meets(const perp_world *world, int32_t i, double h, double end);
 
 /* contact_set.c */
 /* Starts a step's contacts: the points of shapes that touch plainly, none included yet. */
@@ -133,9 +133,9 @@ void perp__write_arms(perp__world_contact *contact, const double *centre_a, cons
 /* How far the motion at hand takes any point of a body. */
 double perp__longest_displacement(const perp_world *world, int32_t body, double h);
 /* What sweeps move they take out of overlaps as well, unless joints took it elsewhere. */
-static inline int32_t perp__is_swept(const perp_world *world, const perp__pair *pair)
+static inline bool perp__is_swept(const perp_world *world, const perp__pair *pair)
 {
-    const perp__role *a = &world->roles[pair->body[0]], *b = &world->roles[pair->body[1]];
+    const perp__role *a = &world->step.roles[pair->body[0]], *b = &world->step.roles[pair->body[1]];
 
     return (a->swept || b->swept) && !a->far && !b->far;
 }
@@ -165,7 +165,7 @@ void perp__find_memories(perp_world *world);
 void perp__note_settled(perp_world *world);
 /* Whether the points of a pair are, to the last bit, those that it had then: pair->made; and
  * contact i of the step := point k of them. */
-int32_t perp__stays_same(const perp_world *world, const perp__pair *pair);
+bool perp__stays_same(const perp_world *world, const perp__pair *pair);
 void perp__repeat_contact(const perp_world *world, const perp__pair *pair, int32_t k, int32_t i);
 /* Keeps the impulses of the step's contacts for the next step's `warm`. */
 void perp__remember(perp_world *world);
@@ -214,8 +214,8 @@ static inline void perp__contact_row(const perp__world_contact *contact, int32_t
 static inline void perp__relative_twist(const perp_world *world, const perp__world_contact *contact,
                                         size_t twist, double *x)
 {
-    const double *a = perp__const_twist(&world->motions[contact->body_a], twist);
-    const double *b = perp__const_twist(&world->motions[contact->body_b], twist);
+    const double *a = perp__const_twist(&world->step.motions[contact->body_a], twist);
+    const double *b = perp__const_twist(&world->step.motions[contact->body_b], twist);
     const double *r = contact->arms[0], *s = contact->arms[1];
 
     x[0] = (b[0] - a[0]) + ((b[4] * s[2] - b[5] * s[1]) - (a[4] * r[2] - a[5] * r[1]));

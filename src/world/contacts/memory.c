@@ -6,10 +6,10 @@
 
 perp_status perp__reserve_memories(perp_world *world, int32_t count)
 {
-    const perp__growing arrays[] = {PERP__GROWING(world->next_memories, world->memory_capacity, 1),
-                                    PERP__GROWING(world->memories, world->memory_count, 1)};
+    const perp__growing arrays[] = {PERP__GROWING(world->memory.next, world->memory.capacity, 1),
+                                    PERP__GROWING(world->memory.all, world->memory.count, 1)};
 
-    return perp__grow(world->context, "the contacts", &world->memory_capacity, count, arrays, 2);
+    return perp__grow(world->context, "the contacts", &world->memory.capacity, count, arrays, 2);
 }
 
 /* What a point of the last step was given, along axes of a point now; same axes, same bits. */
@@ -36,12 +36,12 @@ void perp__recall(const perp_world *world, const perp__pair *pair,
 {
     const perp__memory *memory = NULL;
 
-    for (int32_t i = pair->first_sleeping; i >= 0 && !memory; i = world->sleeping[i].next)
-        if (world->sleeping[i].memory.feature == contact->feature)
-            memory = &world->sleeping[i].memory;
+    for (int32_t i = pair->first_sleeping; i >= 0 && !memory; i = world->sleep.contacts[i].next)
+        if (world->sleep.contacts[i].memory.feature == contact->feature)
+            memory = &world->sleep.contacts[i].memory;
     for (int32_t i = 0; i < pair->memories && !memory; i++)
-        if (world->memories[pair->first_memory + i].feature == contact->feature)
-            memory = &world->memories[pair->first_memory + i];
+        if (world->memory.all[pair->first_memory + i].feature == contact->feature)
+            memory = &world->memory.all[pair->first_memory + i];
     if (!memory)
         return;
     turn_impulse(world, memory, contact, warm);
@@ -53,11 +53,11 @@ void perp__recall(const perp_world *world, const perp__pair *pair,
  * on each other, rounding decides what a point is called. */
 void perp__hand_over(const perp_world *world, const perp__pair *pair)
 {
-    const perp__contact_set *set = &world->contacts;
+    const perp__contact_set *set = &world->contacts.now;
     const int32_t first = pair->first_now, count = pair->same ? 0 : pair->made;
 
     for (int32_t m = pair->first_memory; m < pair->first_memory + pair->memories; m++) {
-        const perp__memory *memory = &world->memories[m];
+        const perp__memory *memory = &world->memory.all[m];
         double least = INFINITY, apart[3], turned[3];
         int32_t nearest = -1, same = first + m - pair->first_memory;
 
@@ -86,11 +86,12 @@ void perp__hand_over(const perp_world *world, const perp__pair *pair)
 
 void perp__note_settled(perp_world *world)
 {
-    for (int32_t i = 0; i < world->awake_count; i++)
-        world->roles[world->awake[i]].calm = world->roles[world->awake[i]].repeats;
-    for (int32_t i = 0; i < world->pair_count; i++) {
+    for (int32_t i = 0; i < world->sleep.awake_count; i++)
+        world->step.roles[world->sleep.awake[i]].calm =
+            world->step.roles[world->sleep.awake[i]].repeats;
+    for (int32_t i = 0; i < world->pairs.count; i++) {
         const perp__pair *pair = perp__ordered_pair(world, i);
-        perp__role *a = &world->roles[pair->body[0]], *b = &world->roles[pair->body[1]];
+        perp__role *a = &world->step.roles[pair->body[0]], *b = &world->step.roles[pair->body[1]];
 
         a->calm = a->calm && b->repeats;
         b->calm = b->calm && a->repeats;
@@ -99,24 +100,24 @@ void perp__note_settled(perp_world *world)
 
 /* Whether the body is what it was, and what may cover its shapes: what is near one that never moves
  * is asked for bodies of many shapes only. */
-static int32_t is_settled(const perp_world *world, int32_t body, int32_t other)
+static bool is_settled(const perp_world *world, int32_t body, int32_t other)
 {
-    const perp__role *role = &world->roles[body];
+    const perp__role *role = &world->step.roles[body];
 
-    return role->repeats && (role->dynamic ? role->calm : world->bodies[other].shapes < 2);
+    return role->repeats && (role->dynamic ? role->calm : world->bodies.all[other].shapes < 2);
 }
 
-int32_t perp__stays_same(const perp_world *world, const perp__pair *pair)
+bool perp__stays_same(const perp_world *world, const perp__pair *pair)
 {
     const int32_t a = pair->body[0], b = pair->body[1];
 
-    return pair->steps == world->coasting && (pair->plain || !pair->changed) &&
+    return pair->steps == world->step.coasting && (pair->plain || !pair->changed) &&
            is_settled(world, a, b) && is_settled(world, b, a);
 }
 
 void perp__repeat_contact(const perp_world *world, const perp__pair *pair, int32_t k, int32_t i)
 {
-    const perp__contact_set *set = &world->contacts, *last = &world->last;
+    const perp__contact_set *set = &world->contacts.now, *last = &world->contacts.last;
     const int32_t from = pair->first_last + k;
     perp__response *response = &set->responses[i];
 
@@ -140,7 +141,7 @@ void perp__repeat_contact(const perp_world *world, const perp__pair *pair, int32
 /* The pair of two shapes, among the ordered; NULL if there is none. */
 static perp__pair *find_pair(const perp_world *world, int32_t first, int32_t second)
 {
-    int32_t low = 0, high = world->pair_count;
+    int32_t low = 0, high = world->pairs.count;
 
     while (low < high) {
         const int32_t middle = low + (high - low) / 2;
@@ -160,11 +161,11 @@ void perp__find_memories(perp_world *world)
 {
     perp__pair *pair = NULL;
 
-    world->memories_restored = 0;
-    for (int32_t i = 0; i < world->pair_slots; i++)
-        world->pairs[i].memories = 0;
-    for (int32_t i = 0; i < world->memory_count; i++) {
-        const perp__memory *memory = &world->memories[i];
+    world->memory.restored = 0;
+    for (int32_t i = 0; i < world->pairs.slots; i++)
+        world->pairs.all[i].memories = 0;
+    for (int32_t i = 0; i < world->memory.count; i++) {
+        const perp__memory *memory = &world->memory.all[i];
 
         if (i == 0 || memory->first != memory[-1].first || memory->second != memory[-1].second) {
             pair = find_pair(world, memory->first, memory->second);
@@ -194,20 +195,21 @@ void perp__write_memory(const perp__contact_set *set, int32_t i, perp__memory *m
 /* Contacts of the first round are in the order of their pairs; later ones hang on these. */
 void perp__remember(perp_world *world)
 {
-    const perp__contact_set *set = &world->contacts;
-    perp__memory *const memories = world->next_memories;
+    const perp__contact_set *set = &world->contacts.now;
+    perp__memory *const memories = world->memory.next;
     int32_t early = 0, count = 0;
 
     /* 1. the memories of each pair, in their order */
-    for (int32_t i = 0; i < world->pair_count; i++) {
+    for (int32_t i = 0; i < world->pairs.count; i++) {
         perp__pair *pair = perp__ordered_pair(world, i);
-        const perp__role *a = &world->roles[pair->body[0]], *b = &world->roles[pair->body[1]];
+        const perp__role *a = &world->step.roles[pair->body[0]],
+                         *b = &world->step.roles[pair->body[1]];
 
         pair->had_first = pair->first_memory;
         pair->had = pair->memories;
         pair->first_memory = count;
         pair->first_last = pair->first_now;
-        pair->steps = world->coasting;
+        pair->steps = world->step.coasting;
         for (int32_t k = 0; k < pair->made; k++)
             perp__write_memory(set, pair->first_now + k, &memories[count++]);
         for (int32_t k = pair->late; k >= 0; k = set->responses[k].later)
@@ -217,7 +219,7 @@ void perp__remember(perp_world *world)
         pair->changed = pair->first_sleeping >= 0 || pair->memories != pair->had ||
                         a->repeats < a->dynamic || b->repeats < b->dynamic ||
                         (pair->had > 0 &&
-                         memcmp(&world->memories[pair->had_first], &memories[pair->first_memory],
+                         memcmp(&world->memory.all[pair->had_first], &memories[pair->first_memory],
                                 (size_t)pair->had * sizeof *memories) != 0);
         if (pair->first_sleeping >= 0)
             perp__drop_sleeping(world, &pair->first_sleeping);
@@ -227,15 +229,16 @@ void perp__remember(perp_world *world)
     /* 2. a contact whose pair ended within the step is not to be remembered */
     for (int32_t i = early == set->early ? early : 0; i < set->count; i++) {
         const perp__world_contact *contact = &set->contacts[i];
-        const perp__pair *pair = &world->pairs[contact->pair];
+        const perp__pair *pair = &world->pairs.all[contact->pair];
 
         if (pair->first != contact->shape_a || pair->second != contact->shape_b)
-            world->roles[contact->body_a].repeats = world->roles[contact->body_b].repeats = 0;
+            world->step.roles[contact->body_a].repeats =
+                world->step.roles[contact->body_b].repeats = 0;
     }
 
     /* 3. they are the last step's from now on */
-    world->next_memories = world->memories;
-    world->memories = memories;
-    world->memory_count = count;
-    world->memories_restored = 0;
+    world->memory.next = world->memory.all;
+    world->memory.all = memories;
+    world->memory.count = count;
+    world->memory.restored = 0;
 }

@@ -43,9 +43,9 @@ uint64_t perp__contact_order(const perp__world_contact *contact)
 /* Lists what a pair kept, in its order; returns how many there are now. */
 static int32_t list_kept(const perp_world *world, int32_t first, perp__keyed *order, int32_t count)
 {
-    for (int32_t i = first; i >= 0; i = world->sleeping[i].next)
-        if (world->sleeping[i].included) {
-            order[count].key = world->sleeping[i].order;
+    for (int32_t i = first; i >= 0; i = world->sleep.contacts[i].next)
+        if (world->sleep.contacts[i].included) {
+            order[count].key = world->sleep.contacts[i].order;
             order[count++].value = -1 - i;
         }
     return count;
@@ -54,52 +54,52 @@ static int32_t list_kept(const perp_world *world, int32_t first, perp__keyed *or
 /* What the last step made of contacts that are asleep, and of the others, in their order. */
 static perp_status merge_records(perp_world *world)
 {
-    const int32_t most = world->sleeping_included + world->last_included;
+    const int32_t most = world->sleep.included + world->contacts.last_included;
     perp__keyed *order = perp__allocate(world->context, 2 * (size_t)most, sizeof *order);
     int32_t i, count = 0;
 
     if (!order)
         return perp__fail_memory(world->context, "the contacts");
-    count = list_kept(world, world->first_orphan, order, count);
-    for (i = 0; i < world->pair_slots; i++)
-        if (world->pairs[i].first >= 0)
-            count = list_kept(world, world->pairs[i].first_sleeping, order, count);
-    for (i = 0; i < world->last.count; i++)
-        if (world->last.flags[i].included) {
-            order[count].key = perp__contact_order(&world->last.contacts[i]);
+    count = list_kept(world, world->sleep.first_orphan, order, count);
+    for (i = 0; i < world->pairs.slots; i++)
+        if (world->pairs.all[i].first >= 0)
+            count = list_kept(world, world->pairs.all[i].first_sleeping, order, count);
+    for (i = 0; i < world->contacts.last.count; i++)
+        if (world->contacts.last.flags[i].included) {
+            order[count].key = perp__contact_order(&world->contacts.last.contacts[i]);
             order[count++].value = i;
         }
     perp__sort(order, order + most, count);
     for (i = 0; i < count; i++)
         if (order[i].value < 0)
-            world->records[i] = world->sleeping[-1 - order[i].value].record;
+            world->results.records[i] = world->sleep.contacts[-1 - order[i].value].record;
         else
-            perp__write_record(&world->last, order[i].value, &world->records[i]);
+            perp__write_record(&world->contacts.last, order[i].value, &world->results.records[i]);
     perp__release(world->context, order);
-    world->record_count = count;
+    world->results.record_count = count;
     return PERP_OK;
 }
 
 perp_status perp__write_records(perp_world *world)
 {
-    const perp__growing array = PERP__GROWING(world->records, 0, 1);
+    const perp__growing array = PERP__GROWING(world->results.records, 0, 1);
     perp_status status = PERP_OK;
     int32_t i, count = 0;
 
-    if (world->recorded)
+    if (world->results.recorded)
         return PERP_OK;
-    status = perp__grow(world->context, "the contacts", &world->record_capacity,
-                        world->sleeping_included + world->last_included, &array, 1);
+    status = perp__grow(world->context, "the contacts", &world->results.record_capacity,
+                        world->sleep.included + world->contacts.last_included, &array, 1);
     /* what a round brings is listed where its bodies are, which is by islands */
     if (status == PERP_OK &&
-        (world->sleeping_included > 0 || world->last.early < world->last.count)) {
+        (world->sleep.included > 0 || world->contacts.last.early < world->contacts.last.count)) {
         status = merge_records(world);
     } else if (status == PERP_OK) {
-        for (i = 0; i < world->last.count; i++)
-            if (world->last.flags[i].included)
-                perp__write_record(&world->last, i, &world->records[count++]);
-        world->record_count = count;
+        for (i = 0; i < world->contacts.last.count; i++)
+            if (world->contacts.last.flags[i].included)
+                perp__write_record(&world->contacts.last, i, &world->results.records[count++]);
+        world->results.record_count = count;
     }
-    world->recorded = status == PERP_OK;
+    world->results.recorded = status == PERP_OK;
     return status;
 }

@@ -51,15 +51,15 @@ static void list_late(perp__contact_set *set, perp__pair *pair, int32_t i)
 }
 
 /* Whether some of the pair's are in the set. */
-static int32_t has_points(const perp__pair *pair)
+static bool has_points(const perp__pair *pair)
 {
     return !pair->open || pair->joined > 0;
 }
 
 /* Whether the pair has that point from a round before, to what is near: another row like that one
  * would move nothing. Beside joints arcs and rows that give way leave what is obeyed deeper. */
-static int32_t is_known(const perp__contact_set *set, const perp__pair *pair,
-                        const perp__world_contact *contact)
+static bool is_known(const perp__contact_set *set, const perp__pair *pair,
+                     const perp__world_contact *contact)
 {
     for (int32_t k = pair->late; k >= 0; k = set->responses[k].later) {
         const perp__world_contact *known = &set->contacts[k];
@@ -79,19 +79,19 @@ static int32_t is_known(const perp__contact_set *set, const perp__pair *pair,
 /* Appends the points in which a pair meets; a feature that has one has another, as it lies then. */
 static perp_status join_pair(perp_world *world, perp__pair *pair, double h)
 {
-    const int32_t before = world->contacts.count;
+    const int32_t before = world->contacts.now.count;
     perp__moving a, b;
     perp__point points[PERP__MAX_POINTS];
     int32_t i, made = perp__collision_points(world, pair, h, points);
     perp_status status =
-        perp__reserve_contacts(world, &world->contacts, world->contacts.count + made);
+        perp__reserve_contacts(world, &world->contacts.now, world->contacts.now.count + made);
 
     perp__moving_shape(world, pair->first, h, &a);
     perp__moving_shape(world, pair->second, h, &b);
     for (i = 0; i < made && status == PERP_OK; i++) {
-        perp__contact_set *set = &world->contacts;
+        perp__contact_set *set = &world->contacts.now;
         perp__world_contact *contact =
-            perp__append_contact(world, set, pair, &points[i], world->states);
+            perp__append_contact(world, set, pair, &points[i], world->bodies.states);
         const int32_t number = set->count - 1;
 
         if (has_points(pair)) /* what a feature remembers is the first point's */
@@ -108,14 +108,14 @@ static perp_status join_pair(perp_world *world, perp__pair *pair, double h)
         perp__prepare_contact(world, set, number);
         list_late(set, pair, number);
     }
-    if (world->contacts.count > before)
+    if (world->contacts.now.count > before)
         pair->joined++;
     return status;
 }
 
 /* Whether the step's velocities break the point's law by more than passes leave of its row, if it
  * turned nothing (contact/coloured): they would not change for less. */
-static int32_t presses(const perp_world *world, const perp__world_contact *contact, double h)
+static bool presses(const perp_world *world, const perp__world_contact *contact, double h)
 {
     const int32_t body[] = {contact->body_a, contact->body_b};
     const double lack = -fmax(perp__open_gap(contact, contact->gap), 0.0) / h -
@@ -125,8 +125,8 @@ static int32_t presses(const perp_world *world, const perp__world_contact *conta
 
     for (int32_t side = 0; side < 2; side++)
         if (perp__is_dynamic(world, body[side])) {
-            drive = fmin(drive, world->motions[body[side]].verdict.drive);
-            inverse_mass += 1.0 / world->bodies[body[side]].mass;
+            drive = fmin(drive, world->step.motions[body[side]].verdict.drive);
+            inverse_mass += 1.0 / world->bodies.all[body[side]].mass;
         }
     return !(lack <= perp__swept_tol(world) * drive * sqrt(inverse_mass));
 }
@@ -143,18 +143,18 @@ static int32_t presses(const perp_world *world, const perp__world_contact *conta
  *   f(t) = gap + t n.v + n.(R(t w) - 1) r = gap + t a + b sin(t |w|) + c (1 - cos(t |w|)),
  *
  * r to the core of the shape. f'' >= -|w|^2 |(b, c)|. */
-static int32_t meets_plane(const perp_world *world, const perp__world_contact *contact,
-                           const double ways[2][6])
+static bool meets_plane(const perp_world *world, const perp__world_contact *contact,
+                        const double ways[2][6])
 {
     const int32_t shapes[2] = {contact->shape_a, contact->shape_b};
-    const int32_t side = world->shapes[contact->shape_a].geometry.kind == PERP__PLANE;
+    const int32_t side = world->shapes.all[contact->shape_a].geometry.kind == PERP__PLANE;
     const double *v = ways[side], *beside = ways[1 - side];
     double n[3] = {0.0, 0.0, 0.0}, core[3], axis[3], rate[3], bend[3], way[3], t = 0.0;
 
     if (!perp__is_zero3(beside + 3))
         return 1;
     perp__add3(n, side == 1 ? 1.0 : -1.0, contact->axes[0]);
-    perp__along3(core, contact->arms[side], world->shapes[shapes[side]].geometry.radius, n);
+    perp__along3(core, contact->arms[side], world->shapes.all[shapes[side]].geometry.radius, n);
     perp__copy3(axis, v + 3);
     const double angle = perp__normalise3(axis);
     perp__cross(rate, axis, core);
@@ -176,29 +176,29 @@ static int32_t meets_plane(const perp_world *world, const perp__world_contact *c
     return 1;
 }
 
-int32_t perp__meets(const perp_world *world, int32_t i, double h, double end)
+bool perp__meets(const perp_world *world, int32_t i, double h, double end)
 {
-    const perp__world_contact *contact = &world->contacts.contacts[i];
-    const perp__pair *pair = &world->pairs[contact->pair];
+    const perp__world_contact *contact = &world->contacts.now.contacts[i];
+    const perp__pair *pair = &world->pairs.all[contact->pair];
     const int32_t body[2] = {contact->body_a, contact->body_b};
     double ways[2][6], way = 0.0, turn = 0.0, aside = 0.0;
-    int32_t jointed = 0;
+    bool jointed = 0;
 
     /* 1. how far arcs lead aside from the rates, and the normal, which turns with its face */
     for (int32_t side = 0; side < 2; side++) {
         for (int32_t k = 0; k < 6; k++)
-            ways[side][k] = h * world->motions[body[side]].moving[k];
+            ways[side][k] = h * world->step.motions[body[side]].moving[k];
         const double angle = perp__length3(ways[side] + 3),
                      arm = perp__length3(contact->arms[side]);
 
         way += perp__length3(ways[side]) + angle * arm;
         aside += 0.5 * angle * angle * arm;
         turn += angle;
-        jointed |= world->bodies[body[side]].first_joint != 0;
+        jointed |= world->bodies.all[body[side]].first_joint != 0;
     }
     if (jointed || end < -(aside + turn * way) || turn == 0.0 || pair->first != contact->shape_a ||
         pair->second != contact->shape_b ||
-        !perp__is_zero3(world->contacts.responses[i].remembered) ||
+        !perp__is_zero3(world->contacts.now.responses[i].remembered) ||
         contact->gap <= perp__pair_touching(world, pair, contact->rounding) ||
         (pair->plane && contact->round > 0 && pair->joined > 0 && pair->collision.time > 0.0))
         return 1;
@@ -213,11 +213,11 @@ int32_t perp__meets(const perp_world *world, int32_t i, double h, double end)
 /* Whether the motion at hand closes a point, or another one that goes no farther may, but for those
  * that turn past each other; of what came late, whether it presses, and takes the bodies deeper
  * into each other than that share of their size. */
-static int32_t is_due(const perp_world *world, int32_t i, double h, double deep)
+static bool is_due(const perp_world *world, int32_t i, double h, double deep)
 {
-    const perp__world_contact *contact = &world->contacts.contacts[i];
-    const double *a = world->motions[contact->body_a].moving;
-    const double *b = world->motions[contact->body_b].moving;
+    const perp__world_contact *contact = &world->contacts.now.contacts[i];
+    const double *a = world->step.motions[contact->body_a].moving;
+    const double *b = world->step.motions[contact->body_b].moving;
     const double end = contact->gap + h * perp__normal_velocity(world, contact, PERP__TWIST_MOVING);
 
     if (deep > 0.0 && (end >= -deep * contact->size || !presses(world, contact, h)))
@@ -232,15 +232,15 @@ static int32_t is_due(const perp_world *world, int32_t i, double h, double deep)
 
 int32_t perp__include_points(perp_world *world, double h, double deep)
 {
-    perp__contact_set *set = &world->contacts;
+    perp__contact_set *set = &world->contacts.now;
     const int32_t before = set->included;
 
     for (int32_t i = 0; i < set->count && set->included < set->count; i++) {
         perp__contact_flags *flags = &set->flags[i];
         /* else what was not due in the round before is not now */
-        const int32_t is_moved = world->rounds == 0 ||
-                                 world->moved[flags->body[0]] >= world->rounds ||
-                                 world->moved[flags->body[1]] >= world->rounds;
+        const bool is_moved = world->contacts.rounds == 0 ||
+                              world->step.moved[flags->body[0]] >= world->contacts.rounds ||
+                              world->step.moved[flags->body[1]] >= world->contacts.rounds;
 
         if (flags->included || !is_moved ||
             !((flags->closed && deep == 0.0) || is_due(world, i, h, deep)))
@@ -255,21 +255,21 @@ int32_t perp__include_points(perp_world *world, double h, double deep)
 /* Points of half-spaces that were left out come after all. */
 static perp_status add_spare(perp_world *world, int32_t body)
 {
-    perp__contact_set *set = &world->contacts;
+    perp__contact_set *set = &world->contacts.now;
     perp__point points[PERP__MAX_POINTS];
     perp_status status = PERP_OK;
 
-    world->motions[body].spare = INFINITY;
-    for (int32_t shape = world->bodies[body].first_shape; shape >= 0;
-         shape = world->shapes[shape].next_of_body)
-        for (int32_t link = world->shapes[shape].first_link; link >= 0 && status == PERP_OK;
-             link = world->pairs[link / 2].next[link % 2]) {
-            perp__pair *pair = &world->pairs[link / 2];
-            const int32_t made =
-                pair->spare < INFINITY
-                    ? perp__collide(&world->placed[pair->first], &world->placed[pair->second],
-                                    world->settings.planar, INFINITY, points)
-                    : 0;
+    world->step.motions[body].spare = INFINITY;
+    for (int32_t shape = world->bodies.all[body].first_shape; shape >= 0;
+         shape = world->shapes.all[shape].next_of_body)
+        for (int32_t link = world->shapes.all[shape].first_link; link >= 0 && status == PERP_OK;
+             link = world->pairs.all[link / 2].next[link % 2]) {
+            perp__pair *pair = &world->pairs.all[link / 2];
+            const int32_t made = pair->spare < INFINITY
+                                     ? perp__collide(&world->step.placed[pair->first],
+                                                     &world->step.placed[pair->second],
+                                                     world->settings.planar, INFINITY, points)
+                                     : 0;
 
             status = perp__reserve_contacts(world, set, set->count + made);
             for (int32_t k = 0; k < made && status == PERP_OK; k++)
@@ -286,19 +286,19 @@ static perp_status add_spare(perp_world *world, int32_t body)
  * at last: listed from where the share begins. */
 static void collision_share(perp_world *world, perp__share *share, double h)
 {
-    int32_t *met = world->met_pairs + share->first;
+    int32_t *met = world->pairs.met + share->first;
 
     share->count = 0;
     for (int32_t i = share->first; i < share->end; i++) {
         perp__pair *pair = perp__ordered_pair(world, i);
-        const double *from = world->motions[pair->body[0]].moving;
-        const double *to = world->motions[pair->body[1]].moving;
+        const double *from = world->step.motions[pair->body[0]].moving;
+        const double *to = world->step.motions[pair->body[1]].moving;
         const double *apart = pair->collision.apart;
         double along = 0.0, turning;
 
         /* what moves as it did, or turns nothing, and what the plane found before keeps apart */
-        if ((world->moved[pair->body[0]] < world->rounds &&
-             world->moved[pair->body[1]] < world->rounds) ||
+        if ((world->step.moved[pair->body[0]] < world->contacts.rounds &&
+             world->step.moved[pair->body[1]] < world->contacts.rounds) ||
             !(pair->open || pair->reach[0] > 0.0 || pair->reach[1] > 0.0))
             continue;
         for (int32_t k = 0; k < 3; k++)
@@ -310,7 +310,7 @@ static void collision_share(perp_world *world, perp__share *share, double h)
             continue;
         if (has_points(pair) ? perp__pair_sinks(world, pair, h)
                              : perp__pair_collides(world, pair, h))
-            met[share->count++] = world->pair_order[i].value;
+            met[share->count++] = world->pairs.order[i].value;
     }
 }
 
@@ -318,15 +318,15 @@ static void collision_share(perp_world *world, perp__share *share, double h)
 static perp_status join_collisions(perp_world *world, double h)
 {
     perp_status status =
-        perp__enclose(world, world->body_order, perp__count_members(world), h, 0.0);
-    int32_t *const met = world->met_pairs;
+        perp__enclose(world, world->islands.body_order, perp__count_members(world), h, 0.0);
+    int32_t *const met = world->pairs.met;
     perp__share all = {0};
 
-    if (status != PERP_OK || world->pair_count == 0)
+    if (status != PERP_OK || world->pairs.count == 0)
         return status;
 
     /* 1. those that meet */
-    const int32_t lanes = perp__share_out(world, world->pair_count, collision_share, h, &all);
+    const int32_t lanes = perp__share_out(world, world->pairs.count, collision_share, h, &all);
     for (int32_t k = 0; k < lanes; k++) {
         const perp__share *share = &world->lanes[k].share;
 
@@ -336,10 +336,11 @@ static perp_status join_collisions(perp_world *world, double h)
 
     /* 2. they join; the next round looks at them again, whether the motion changes or not */
     for (int32_t i = 0; i < all.count && status == PERP_OK; i++) {
-        perp__pair *pair = &world->pairs[met[i]];
+        perp__pair *pair = &world->pairs.all[met[i]];
 
         status = join_pair(world, pair, h);
-        world->moved[pair->body[!perp__is_dynamic(world, pair->body[0])]] = world->rounds + 1;
+        world->step.moved[pair->body[!perp__is_dynamic(world, pair->body[0])]] =
+            world->contacts.rounds + 1;
     }
     return status;
 }
@@ -349,17 +350,17 @@ perp_status perp__join_contacts(perp_world *world, double h, double deep, int32_
     perp_status status = PERP_OK;
 
     *came = 0;
-    if (++world->rounds > MAX_ROUNDS)
+    if (++world->contacts.rounds > MAX_ROUNDS)
         return PERP_OK;
     /* 1. Motions that the islands changed: all others are what they were. */
     for (int32_t i = perp__count_members(world); i-- > 0 && status == PERP_OK;) {
-        const int32_t body = world->body_order[i];
-        perp__motion *motion = &world->motions[body];
+        const int32_t body = world->islands.body_order[i];
+        perp__motion *motion = &world->step.motions[body];
 
         if (memcmp(motion->tried, motion->moving, sizeof motion->tried) == 0)
             continue;
         memcpy(motion->tried, motion->moving, sizeof motion->tried);
-        world->moved[body] = world->rounds;
+        world->step.moved[body] = world->contacts.rounds;
         const double way = perp__longest_displacement(world, body, h);
         motion->enclosed = way <= motion->room;
         if (!(way < motion->spare))

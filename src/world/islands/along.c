@@ -14,26 +14,26 @@
 /* How far a body went and turned since the step began. */
 static void find_drift(const perp_world *world, int32_t body, double *drift)
 {
-    const perp__island_work *work = &world->work;
+    const perp__island_work *work = &world->solve.work;
 
     if (perp__is_dynamic(world, body))
-        perp__twist_of(world, work->drift + world->dof * world->roles[body].local, drift);
+        perp__twist_of(world, work->drift + world->dof * world->step.roles[body].local, drift);
     else
         for (int32_t k = 0; k < 6; k++)
-            drift[k] = work->gone * world->motions[body].moving[k];
+            drift[k] = work->gone * world->step.motions[body].moving[k];
 }
 
 /* Turns of both bodies and, of the normal, that which both have in common: before the interval, and
  * in half of it; *angle: that of all of these. Returns 0 where there are none. */
-static int32_t find_turns(const perp_world *world, const int32_t *body, double begun[3][9],
-                          double half[3][9], double *angle)
+static bool find_turns(const perp_world *world, const int32_t *body, double begun[3][9],
+                       double half[3][9], double *angle)
 {
-    const perp__island_work *work = &world->work;
+    const perp__island_work *work = &world->solve.work;
     double gone[3][3], turn[3][3];
-    int32_t turns = 0;
+    bool turns = 0;
 
     for (int32_t side = 0; side < 2; side++) {
-        const double *spin = world->motions[body[side]].trial + 3;
+        const double *spin = world->step.motions[body[side]].trial + 3;
         double drift[6];
 
         find_drift(world, body[side], drift);
@@ -59,11 +59,11 @@ static double share_of_slide(const perp_world *world, const int32_t *shape, int3
     int32_t keeps[2];
 
     for (int32_t k = 0; k < 2; k++) {
-        const perp__shape *other = &world->shapes[shape[1 - k]];
+        const perp__shape *other = &world->shapes.all[shape[1 - k]];
 
-        keeps[k] =
-            world->shapes[shape[k]].geometry.radius > 0.0 ||
-            (other->geometry.radius == 0.0 && world->bodies[other->body].kind == PERP_BODY_STATIC);
+        keeps[k] = world->shapes.all[shape[k]].geometry.radius > 0.0 ||
+                   (other->geometry.radius == 0.0 &&
+                    world->bodies.all[other->body].kind == PERP_BODY_STATIC);
     }
     return keeps[side] ? 0.0 : keeps[1 - side] ? 1.0 : 0.5;
 }
@@ -76,10 +76,10 @@ void perp__meet_now(const perp_world *world, perp__world_contact *contact, doubl
 
     perp__add3(apart, -gap, contact->axes[0]);
     for (int32_t side = 0; side < 2; side++) {
-        find_drift(world, world->shapes[shape[side]].body, at);
-        if (perp__length3(at) > world->shapes[shape[side]].reach)
+        find_drift(world, world->shapes.all[shape[side]].body, at);
+        if (perp__length3(at) > world->shapes.all[shape[side]].reach)
             return; /* hit in its mass centre */
-        perp__add3(at, 1.0, world->states[world->shapes[shape[side]].body].position);
+        perp__add3(at, 1.0, world->bodies.states[world->shapes.all[shape[side]].body].position);
         perp__add3(at, 1.0, contact->arms[side]);
         perp__add3(apart, 2.0 * side - 1.0, at);
     }
@@ -94,7 +94,7 @@ void perp__meet_now(const perp_world *world, perp__world_contact *contact, doubl
 static void give_way(perp_world *world, const perp__island *island, double angle,
                      const int32_t *body, perp__rigid_rows *rows)
 {
-    int32_t *parts = world->work.parts;
+    int32_t *parts = world->solve.work.parts;
 
     if (!perp__is_dynamic(world, body[0]) || !perp__is_dynamic(world, body[1]) ||
         perp__root_of(parts, rows->body[0]) != perp__root_of(parts, rows->body[1]))
@@ -106,7 +106,7 @@ static void give_way(perp_world *world, const perp__island *island, double angle
 void perp__turn_contact(perp_world *world, const perp__island *island,
                         const perp__world_contact *contact)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     perp__rigid_rows *rows = &work->rows[work->count];
     const int32_t body[2] = {contact->body_a, contact->body_b};
     const int32_t shape[2] = {contact->shape_a, contact->shape_b};
@@ -132,8 +132,8 @@ void perp__turn_contact(perp_world *world, const perp__island *island,
     }
     work->came[work->count] = 0.0;
     for (int32_t side = 0; side < 2; side++) {
-        const double sign = side == 0 ? -1.0 : 1.0, *last = world->motions[body[side]].last;
-        const double radius = -sign * world->shapes[shape[side]].geometry.radius;
+        const double sign = side == 0 ? -1.0 : 1.0, *last = world->step.motions[body[side]].last;
+        const double radius = -sign * world->shapes.all[shape[side]].geometry.radius;
         const double share = -sign * share_of_slide(world, shape, side);
         double arm[3][3], moment[3], seen[3];
 
@@ -175,7 +175,7 @@ void perp__turn_contact(perp_world *world, const perp__island *island,
 
 void perp__turn_contacts(perp_world *world)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
 
     for (int32_t i = 0; i < work->count; i++)
         for (int32_t k = 0; k < work->rows[i].dim; k++)

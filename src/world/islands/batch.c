@@ -9,19 +9,19 @@
 /* The workspace of one that waits becomes the world's, and the other way round. */
 static void exchange(perp_world *world, perp__waiting *waiting)
 {
-    const perp__island_work work = world->work;
-    const perp__arena arena = world->island_arena;
+    const perp__island_work work = world->solve.work;
+    const perp__arena arena = world->solve.arena;
 
-    world->work = waiting->work;
-    world->island_arena = waiting->arena;
+    world->solve.work = waiting->work;
+    world->solve.arena = waiting->arena;
     waiting->work = work;
     waiting->arena = arena;
 }
 
-int32_t perp__joins_batch(const perp_world *world, const perp__island *island)
+bool perp__joins_batch(const perp_world *world, const perp__island *island)
 {
     return island->joints == 0 && island->contacts <= PERP__BATCH_CONTACTS &&
-           !world->budget.limited && world->budget.iterations == INT64_MAX;
+           !world->step.budget.limited && world->step.budget.iterations == INT64_MAX;
 }
 
 /* The workspaces of all islands that may wait have the same room, whichever of them comes first. */
@@ -30,8 +30,8 @@ perp_status perp__fit_batch(perp_world *world)
     int32_t islands = 0, contacts = 0, bodies = 0;
     perp_status status = PERP_OK;
 
-    for (int32_t i = 0; i < world->island_count; i++) {
-        const perp__island *island = &world->islands[i];
+    for (int32_t i = 0; i < world->islands.count; i++) {
+        const perp__island *island = &world->islands.all[i];
 
         if (!perp__joins_batch(world, island))
             continue;
@@ -40,18 +40,18 @@ perp_status perp__fit_batch(perp_world *world)
         perp__raise_room(&bodies, island->bodies + island->contacts);
     }
     for (int32_t k = 0; k < islands && k < PERP__BATCH_ISLANDS && status == PERP_OK; k++) {
-        exchange(world, &world->batch->waiting[k]);
+        exchange(world, &world->solve.batch->waiting[k]);
         status = perp__fit_work(world, contacts, bodies, 0);
-        exchange(world, &world->batch->waiting[k]);
+        exchange(world, &world->solve.batch->waiting[k]);
     }
     return status;
 }
 
 void perp__release_batch(perp_world *world)
 {
-    for (int32_t k = 0; k < PERP__BATCH_ISLANDS && world->batch; k++)
-        perp__arena_release(&world->batch->waiting[k].arena);
-    perp__release(world->context, world->batch);
+    for (int32_t k = 0; k < PERP__BATCH_ISLANDS && world->solve.batch; k++)
+        perp__arena_release(&world->solve.batch->waiting[k].arena);
+    perp__release(world->context, world->solve.batch);
 }
 
 /* ---- the sweeps ---- */
@@ -59,17 +59,18 @@ void perp__release_batch(perp_world *world)
 perp_status perp__wait_for_sweep(perp_world *world, int32_t number, double h,
                                  const perp__verdict *before, perp__verdict *verdict)
 {
-    const perp__island *island = &world->islands[number];
+    const perp__island *island = &world->islands.all[number];
     perp__waiting *waiting;
     perp_status status = PERP_OK;
 
-    if (!world->batch) {
-        world->batch = perp__allocate_zeros(world->context, 1, sizeof *world->batch, "the islands");
-        status = world->batch ? perp__fit_batch(world) : PERP_ERROR_MEMORY;
+    if (!world->solve.batch) {
+        world->solve.batch =
+            perp__allocate_zeros(world->context, 1, sizeof *world->solve.batch, "the islands");
+        status = world->solve.batch ? perp__fit_batch(world) : PERP_ERROR_MEMORY;
     }
     if (status != PERP_OK)
         return status;
-    waiting = &world->batch->waiting[world->batch->count];
+    waiting = &world->solve.batch->waiting[world->solve.batch->count];
     waiting->island = number;
     waiting->before = *before;
     exchange(world, waiting);
@@ -80,18 +81,18 @@ perp_status perp__wait_for_sweep(perp_world *world, int32_t number, double h,
         perp__pose_sweep(world, island, h, &waiting->sweeping);
     exchange(world, waiting);
     waiting->verdict = *verdict;
-    world->batch->count += status == PERP_OK && !verdict->stands;
+    world->solve.batch->count += status == PERP_OK && !verdict->stands;
     return status;
 }
 
 perp_status perp__sweep_batch(perp_world *world, double h, int32_t *last)
 {
     perp__coloured_part parts[PERP__BATCH_ISLANDS];
-    const int32_t count = world->batch->count;
+    const int32_t count = world->solve.batch->count;
     perp_status status = PERP_OK;
 
     for (int32_t k = 0; k < count; k++) {
-        perp__waiting *waiting = &world->batch->waiting[k];
+        perp__waiting *waiting = &world->solve.batch->waiting[k];
 
         parts[k].answer = &waiting->sweeping.answer;
         parts[k].moving = waiting->work.solved;
@@ -99,15 +100,15 @@ perp_status perp__sweep_batch(perp_world *world, double h, int32_t *last)
         parts[k].step = &waiting->sweeping.step;
     }
     if (count > 0) {
-        world->batch->count = 0;
-        status = perp__coloured_parts(&world->coloured, parts, count);
+        world->solve.batch->count = 0;
+        status = perp__coloured_parts(&world->solve.coloured, parts, count);
         if (status != PERP_OK)
-            *last = world->batch->waiting[0].island;
+            *last = world->solve.batch->waiting[0].island;
     }
     for (int32_t k = 0; k < count && status == PERP_OK && *last < 0; k++) {
-        perp__waiting *waiting = &world->batch->waiting[k];
-        const perp__island *island = &world->islands[waiting->island];
-        const int64_t spent = world->budget.spent;
+        perp__waiting *waiting = &world->solve.batch->waiting[k];
+        const perp__island *island = &world->islands.all[waiting->island];
+        const int64_t spent = world->step.budget.spent;
 
         exchange(world, waiting);
         perp__take_sweep(world, island, &waiting->sweeping);
@@ -115,7 +116,7 @@ perp_status perp__sweep_batch(perp_world *world, double h, int32_t *last)
         exchange(world, waiting);
         PERP__THEN(status, perp__keep_sweep(world, island, h, &waiting->before, &waiting->verdict));
         perp__conclude_one(world, waiting->island, h, &waiting->verdict, status, last);
-        world->islands[waiting->island].spent += world->budget.spent - spent;
+        world->islands.all[waiting->island].spent += world->step.budget.spent - spent;
     }
     return status;
 }

@@ -24,7 +24,7 @@ const perp__level *perp__level_of(const perp_world *world)
 void perp__open_budget(perp_world *world)
 {
     const perp_world_settings *settings = &world->settings;
-    perp__budget *budget = &world->budget;
+    perp__budget *budget = &world->step.budget;
 
     budget->limited = settings->time_limit > 0.0;
     budget->iterations = settings->max_iterations > 0 ? settings->max_iterations : INT64_MAX;
@@ -36,27 +36,27 @@ void perp__open_budget(perp_world *world)
 
 void perp__open_velocities(perp_world *world)
 {
-    perp__budget *budget = &world->budget;
+    perp__budget *budget = &world->step.budget;
 
     if (budget->limited)
         budget->until = budget->deadline - (1.0 - VELOCITIES) * (budget->deadline - perp__now());
 }
 
-int32_t perp__is_time_over(const perp_world *world)
+bool perp__is_time_over(const perp_world *world)
 {
-    return world->budget.limited && perp__now() >= world->budget.deadline;
+    return world->step.budget.limited && perp__now() >= world->step.budget.deadline;
 }
 
-int32_t perp__is_budget_spent(const perp_world *world)
+bool perp__is_budget_spent(const perp_world *world)
 {
-    return world->budget.iterations == 0 || perp__is_time_over(world);
+    return world->step.budget.iterations == 0 || perp__is_time_over(world);
 }
 
 double perp__island_deadline(const perp_world *world, const perp__island *island)
 {
-    const perp__budget *budget = &world->budget;
+    const perp__budget *budget = &world->step.budget;
     const int32_t left =
-        world->island_count > 0 ? world->budget.contacts : island->contacts + island->joints;
+        world->islands.count > 0 ? world->step.budget.contacts : island->contacts + island->joints;
     double now;
 
     if (!budget->limited)
@@ -68,7 +68,7 @@ double perp__island_deadline(const perp_world *world, const perp__island *island
 
 void perp__spend(perp_world *world, int64_t iterations)
 {
-    perp__budget *budget = &world->budget;
+    perp__budget *budget = &world->step.budget;
 
     budget->spent += iterations;
     if (budget->iterations < INT64_MAX)
@@ -77,7 +77,7 @@ void perp__spend(perp_world *world, int64_t iterations)
 
 int32_t perp__iterations_left(const perp_world *world)
 {
-    const int64_t left = world->budget.iterations;
+    const int64_t left = world->step.budget.iterations;
 
     return left == INT64_MAX ? 0 : left < 1 ? 1 : left > INT32_MAX ? INT32_MAX : (int32_t)left;
 }

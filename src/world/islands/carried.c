@@ -4,21 +4,22 @@
 
 /* ---- what carries an island ---- */
 
-static int32_t is_moving(const perp_world *world, int32_t body)
+static bool is_moving(const perp_world *world, int32_t body)
 {
-    return !(perp__is_zero3(world->states[body].velocity) &&
-             perp__is_zero3(world->states[body].angular_velocity));
+    return !(perp__is_zero3(world->bodies.states[body].velocity) &&
+             perp__is_zero3(world->bodies.states[body].angular_velocity));
 }
 
-int32_t perp__moves_with(const perp_world *world, const perp__carrying *carrying, int32_t body)
+bool perp__moves_with(const perp_world *world, const perp__carrying *carrying, int32_t body)
 {
-    const perp__state *state = &world->states[body];
+    const perp__state *state = &world->bodies.states[body];
     double twist[6], rounding = 0.0;
 
     perp__carried_twist(world, carrying, body, 0.0, twist);
     if (!perp__is_zero3(twist + 3)) /* turning adds what rounds */
-        rounding = PERP__ROUNDING_LIMIT *
-                   (perp__length3(twist) + perp__length3(world->states[carrying->body].velocity));
+        rounding =
+            PERP__ROUNDING_LIMIT *
+            (perp__length3(twist) + perp__length3(world->bodies.states[carrying->body].velocity));
     for (int32_t k = 0; k < 3; k++)
         if (fabs(twist[k] - state->velocity[k]) > rounding ||
             twist[3 + k] != state->angular_velocity[k])
@@ -26,8 +27,8 @@ int32_t perp__moves_with(const perp_world *world, const perp__carrying *carrying
     return 1;
 }
 
-int32_t perp__find_carrying(const perp_world *world, const perp__island *island, int32_t moving,
-                            perp__carrying *carrying)
+bool perp__find_carrying(const perp_world *world, const perp__island *island, int32_t moving,
+                         perp__carrying *carrying)
 {
     const int32_t ties = perp__count_ties(island);
     int32_t k, body;
@@ -35,29 +36,29 @@ int32_t perp__find_carrying(const perp_world *world, const perp__island *island,
     *carrying = (perp__carrying){PERP__CARRIED_AT_REST, -1, 0};
     for (k = 0; k < ties && carrying->body < 0; k++) {
         body = perp__tie(world, island, k);
-        if (world->roles[body].dynamic || is_moving(world, body) < moving)
+        if (world->step.roles[body].dynamic || is_moving(world, body) < moving)
             continue;
         carrying->motion = is_moving(world, body) ? PERP__CARRIED_ALONG : PERP__CARRIED_AT_REST;
         carrying->body = body;
     }
     for (k = moving ? 0 : k; k < ties && carrying->body >= 0 && !carrying->parts; k++) {
         body = perp__tie(world, island, k);
-        carrying->parts = body != carrying->body && !world->roles[body].dynamic &&
+        carrying->parts = body != carrying->body && !world->step.roles[body].dynamic &&
                           !perp__moves_with(world, carrying, body);
     }
     return moving ? carrying->body >= 0 : !carrying->parts;
 }
 
-int32_t perp__find_frame(const perp_world *world, const perp__island *island, double *frame)
+bool perp__find_frame(const perp_world *world, const perp__island *island, double *frame)
 {
     perp__carrying carrying;
-    const int32_t one = perp__find_carrying(world, island, 0, &carrying);
+    const bool one = perp__find_carrying(world, island, 0, &carrying);
     const double *twist;
 
     memset(frame, 0, 3 * sizeof *frame);
     if (carrying.motion == PERP__CARRIED_AT_REST)
         return one;
-    twist = world->motions[carrying.body].start;
+    twist = world->step.motions[carrying.body].start;
     perp__copy3(frame, twist);
     return one && perp__is_zero3(twist + 3);
 }
@@ -66,11 +67,12 @@ int32_t perp__find_frame(const perp_world *world, const perp__island *island, do
 static void turn_arm(const perp_world *world, const perp__carrying *carrying, int32_t body,
                      double t, double *arm)
 {
-    const double *spin = world->motions[carrying->body].start + 3;
+    const double *spin = world->step.motions[carrying->body].start + 3;
     const double turn[3] = {t * spin[0], t * spin[1], t * spin[2]};
     double R[9], start[3];
 
-    perp__subtract3(start, world->states[body].position, world->states[carrying->body].position);
+    perp__subtract3(start, world->bodies.states[body].position,
+                    world->bodies.states[carrying->body].position);
     perp__turn_matrix(R, turn);
     perp__apply3(arm, R, start);
 }
@@ -82,7 +84,8 @@ void perp__carried_twist(const perp_world *world, const perp__carrying *carrying
     double arm[3], turned[3];
 
     if (carrying->motion == PERP__CARRIED_PARTLY) {
-        perp__twist_of(world, world->work.still + world->dof * world->roles[body].local, twist);
+        perp__twist_of(world, world->solve.work.still + world->dof * world->step.roles[body].local,
+                       twist);
         return;
     }
     if (carrying->body < 0 ? carrying->motion != PERP__CARRIED_ON
@@ -90,9 +93,9 @@ void perp__carried_twist(const perp_world *world, const perp__carrying *carrying
         memset(twist, 0, 6 * sizeof *twist);
         return;
     }
-    of = carrying->motion == PERP__CARRIED_ON ? world->motions[body].start
-         : t < 0.0                            ? world->states[carrying->body].led
-                                              : world->motions[carrying->body].start;
+    of = carrying->motion == PERP__CARRIED_ON ? world->step.motions[body].start
+         : t < 0.0                            ? world->bodies.states[carrying->body].led
+                                              : world->step.motions[carrying->body].start;
     memcpy(twist, of, 6 * sizeof *twist);
     if (perp__is_zero3(of + 3) || carrying->motion == PERP__CARRIED_ON)
         return;
@@ -106,32 +109,33 @@ void perp__ride(perp_world *world, const perp__island *island, double h)
     perp__carrying carrying;
 
     if (!perp__find_carrying(world, island, 1, &carrying) ||
-        perp__is_zero3(world->motions[carrying.body].start + 3))
+        perp__is_zero3(world->step.motions[carrying.body].start + 3))
         return;
     for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
-        double *moving = world->motions[body].moving, from[3], to[3];
+        const int32_t body = world->islands.body_order[island->first_body + i];
+        double *moving = world->step.motions[body].moving, from[3], to[3];
 
-        perp__subtract3(from, world->states[body].position, world->states[carrying.body].position);
+        perp__subtract3(from, world->bodies.states[body].position,
+                        world->bodies.states[carrying.body].position);
         turn_arm(world, &carrying, body, h, to);
         for (int32_t k = 0; k < 3; k++)
-            moving[k] = world->motions[carrying.body].start[k] + (to[k] - from[k]) / h;
+            moving[k] = world->step.motions[carrying.body].start[k] + (to[k] - from[k]) / h;
     }
 }
 
 /* To the last bit; or, of a carrier that turns, to what a step leaves that knows rows of its
  * beginning alone: h w^2 r; or, slowly, to what forces make of each body in a step, as impulses of
  * twice their size stop it. t: 0, or before the step. */
-static int32_t begins_with(const perp_world *world, const perp__island *island,
-                           const perp__carrying *carrying, int32_t slowly, double t)
+static bool begins_with(const perp_world *world, const perp__island *island,
+                        const perp__carrying *carrying, bool slowly, double t)
 {
     const double spin = carrying->motion == PERP__CARRIED_ALONG
-                            ? perp__length3(world->motions[carrying->body].start + 3)
+                            ? perp__length3(world->step.motions[carrying->body].start + 3)
                             : 0.0;
 
     for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
-        const perp__motion *motion = &world->motions[body];
+        const int32_t body = world->islands.body_order[island->first_body + i];
+        const perp__motion *motion = &world->step.motions[body];
         double twist[6], beside[6], gain[6], both[2][6];
 
         perp__carried_twist(world, carrying, body, t, twist);
@@ -139,7 +143,7 @@ static int32_t begins_with(const perp_world *world, const perp__island *island,
             beside[k] = motion->start[k] - twist[k];
             gain[k] = motion->free[k] - motion->start[k];
             if (!slowly &&
-                fabs(beside[k]) > world->step_length * spin * perp__length3(twist + k / 3 * 3))
+                fabs(beside[k]) > world->step.length * spin * perp__length3(twist + k / 3 * 3))
                 return 0;
         }
         if (!slowly)
@@ -152,15 +156,15 @@ static int32_t begins_with(const perp_world *world, const perp__island *island,
     return 1;
 }
 
-int32_t perp__begins_standing(const perp_world *world, const perp__island *island, int32_t slowly,
-                              perp__carrying *carrying)
+bool perp__begins_standing(const perp_world *world, const perp__island *island, bool slowly,
+                           perp__carrying *carrying)
 {
     for (int32_t moving = 1; moving >= 0; moving--) {
         if (!perp__find_carrying(world, island, moving, carrying))
             continue;
         if (begins_with(world, island, carrying, slowly, 0.0) ||
             /* what is static had no other motion in the last step */
-            (carrying->body >= 0 && world->bodies[carrying->body].kind == PERP_BODY_KINEMATIC &&
+            (carrying->body >= 0 && world->bodies.all[carrying->body].kind == PERP_BODY_KINEMATIC &&
              begins_with(world, island, carrying, slowly, -1.0)))
             return 1;
     }
@@ -197,9 +201,9 @@ static void press(const perp_world *world, const perp__world_contact *contact, c
     size = perp__length3(force);
     for (int32_t side = 0; side < 2; side++) {
         const int32_t body = side == 0 ? contact->body_a : contact->body_b;
-        double *sum = sums + NUMBERS * world->roles[body].local;
+        double *sum = sums + NUMBERS * world->step.roles[body].local;
 
-        if (world->bodies[body].kind != PERP_BODY_DYNAMIC)
+        if (world->bodies.all[body].kind != PERP_BODY_DYNAMIC)
             continue;
         perp__cross(moment, contact->arms[side], force);
         for (int32_t k = 0; k < 3; k++) {
@@ -213,7 +217,7 @@ static void press(const perp_world *world, const perp__world_contact *contact, c
 void perp__find_force(const perp_world *world, const perp__carrying *carrying, int32_t body,
                       double t, const double *now, const double *free, double *force)
 {
-    const double *R = world->motions[body].rotation, *I = world->bodies[body].inertia;
+    const double *R = world->step.motions[body].rotation, *I = world->bodies.all[body].inertia;
     double carried[6], local[3], turned[3], change[3], momentum[3], gyroscopic[3];
 
     perp__carried_twist(world, carrying, body, t, carried);
@@ -227,10 +231,10 @@ void perp__find_force(const perp_world *world, const perp__carrying *carrying, i
     perp__apply3(turned, I, local);
     perp__apply3(momentum, R, turned);
     perp__cross(gyroscopic, carried + 3, momentum);
-    perp__add3(force + 3, t, world->states[body].torque);
+    perp__add3(force + 3, t, world->bodies.states[body].torque);
     perp__add3(force + 3, -t, gyroscopic);
     for (int32_t k = 0; k < 3; k++) {
-        force[k] = world->bodies[body].mass * (free[k] - carried[k]);
+        force[k] = world->bodies.all[body].mass * (free[k] - carried[k]);
         force[3 + k] /= perp__body_length(world, body);
     }
 }
@@ -238,10 +242,10 @@ void perp__find_force(const perp_world *world, const perp__carrying *carrying, i
 static void lie(perp_world *world, const perp__island *island, const perp__carrying *carrying)
 {
     for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
-        perp__motion *motion = &world->motions[body];
+        const int32_t body = world->islands.body_order[island->first_body + i];
+        perp__motion *motion = &world->step.motions[body];
 
-        perp__carried_twist(world, carrying, body, world->step_length, motion->after);
+        perp__carried_twist(world, carrying, body, world->step.length, motion->after);
         memcpy(motion->moving, motion->after, sizeof motion->moving);
     }
     for (int32_t i = 0; i < island->contacts; i++) {
@@ -261,9 +265,9 @@ static void lie(perp_world *world, const perp__island *island, const perp__carry
 /* What the last step's impulses leave of a body's forces beside the sizes of their terms, and what
  * presses on its mass centre at least; the most of all. INFINITY: they are none of this step's. */
 static double last_unbalance(perp_world *world, const perp__island *island,
-                             const perp__carrying *carrying, int32_t swept)
+                             const perp__carrying *carrying, bool swept)
 {
-    double *sums = world->work.forces, left = 0.0;
+    double *sums = world->solve.work.forces, left = 0.0;
 
     memset(sums, 0, NUMBERS * (size_t)island->bodies * sizeof *sums);
     for (int32_t i = 0; i < island->contacts; i++) {
@@ -281,12 +285,12 @@ static double last_unbalance(perp_world *world, const perp__island *island,
         press(world, contact, response->next, sums);
     }
     for (int32_t i = 0; i < island->bodies && left <= PERP__BALANCED; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
-        const perp__motion *motion = &world->motions[body];
+        const int32_t body = world->islands.body_order[island->first_body + i];
+        const perp__motion *motion = &world->step.motions[body];
         const double length = perp__body_length(world, body), *sum = sums + NUMBERS * i;
         double force[6], rest[6], local;
 
-        perp__find_force(world, carrying, body, world->step_length, motion->start, motion->free,
+        perp__find_force(world, carrying, body, world->step.length, motion->start, motion->free,
                          force);
         for (int32_t k = 0; k < 6; k++)
             rest[k] = force[k] + sum[k] / (k < 3 ? 1.0 : length);
@@ -298,7 +302,7 @@ static double last_unbalance(perp_world *world, const perp__island *island,
     return left;
 }
 
-perp_status perp__lie_still(perp_world *world, const perp__island *island, int32_t swept,
+perp_status perp__lie_still(perp_world *world, const perp__island *island, bool swept,
                             perp__verdict *verdict)
 {
     perp_status status = PERP_OK;

@@ -31,9 +31,9 @@ double perp__mass_norm(const perp_world *world, int32_t body, const double *v)
     double twist[6], local[3], turning[3];
 
     perp__twist_of(world, v, twist);
-    perp__apply_transposed3(local, world->motions[body].rotation, twist + 3);
-    perp__apply3(turning, world->bodies[body].inverse_factor, local);
-    return perp__length2(sqrt(world->bodies[body].mass) * perp__length3(twist),
+    perp__apply_transposed3(local, world->step.motions[body].rotation, twist + 3);
+    perp__apply3(turning, world->bodies.all[body].inverse_factor, local);
+    return perp__length2(sqrt(world->bodies.all[body].mass) * perp__length3(twist),
                          perp__length3(turning));
 }
 
@@ -63,14 +63,14 @@ double perp__moved_by(const perp_world *world, const perp__island *island,
 
     for (int32_t side = 0; side < 2; side++)
         if (rows->body[side] >= 0 && rows->body[side] < island->bodies)
-            sum = perp__length2(sum, pushed_by(world->work.factors + n * n * rows->body[side],
+            sum = perp__length2(sum, pushed_by(world->solve.work.factors + n * n * rows->body[side],
                                                rows->rows[side][k], n));
     return sum * sum;
 }
 
 void perp__find_strengths(const perp_world *world, const perp__island *island, double *strength)
 {
-    const perp__island_work *work = &world->work;
+    const perp__island_work *work = &world->solve.work;
     const int32_t n = world->dof;
 
     for (int32_t i = 0; i < island->bodies; i++)
@@ -93,7 +93,7 @@ void perp__find_strengths(const perp_world *world, const perp__island *island, d
 static perp_status hold(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
                         const perp__rigid_problem *problem)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     const int32_t n = world->dof;
     const size_t numbers = (size_t)(n * island->bodies);
     perp__evidence evidence = {answer->tested, answer->own_residual, answer->backward, 1};
@@ -103,7 +103,7 @@ static perp_status hold(perp_world *world, const perp__island *island, perp__rig
     perp__find_strengths(world, island, work->strength);
     memcpy(work->solved, work->v, numbers * sizeof(double));
     memcpy(work->solved_rows, work->velocity, 3 * (size_t)work->units * sizeof(double));
-    status = perp__rigid_hold(world->solver, answer, problem);
+    status = perp__rigid_hold(world->solve.solver, answer, problem);
     if (status != PERP_OK)
         return status;
     /* the largest change of a body's velocity beside its own terms: a light body does not hide
@@ -137,18 +137,18 @@ static perp_status solve(perp_world *world, const perp__island *island, perp__ri
 {
     const int32_t limit = problem->max_iterations;
     const int32_t is_exact = world->settings.accuracy == PERP_ACCURACY_EXACT;
-    const int32_t thorough = is_exact && !*in_vain;
+    const bool thorough = is_exact && !*in_vain;
     perp__carrying carrying;
     perp_status status;
 
     problem->enough = problem->tol;
     problem->tol = SHARPER * problem->enough;
-    problem->quick = thorough ? world->work.count > perp__level_of(world)->few &&
+    problem->quick = thorough ? world->solve.work.count > perp__level_of(world)->few &&
                                     !perp__begins_standing(world, island, 0, &carrying)
                               : (problem->contacts > PERP__FEW_CONTACTS) * (1 + is_exact);
     if (!thorough && (limit == 0 || limit > QUICK))
         problem->max_iterations = QUICK;
-    status = perp__rigid_solve(world->solver, answer, problem);
+    status = perp__rigid_solve(world->solve.solver, answer, problem);
     problem->max_iterations = limit;
     problem->tol = problem->enough;
     if (status == PERP_OK)
@@ -160,14 +160,14 @@ static perp_status solve(perp_world *world, const perp__island *island, perp__ri
         say_outcome(answer, perp__swept_tol(world));
     if (status == PERP_OK && perp__is_good(answer->outcome))
         status = hold(world, island, answer, problem);
-    world->work.set_up = status == PERP_OK;
+    world->solve.work.set_up = status == PERP_OK;
     return status;
 }
 
-perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
+perp_status perp__solve_rows(perp_world *world, const perp__island *island, bool bounces,
                              perp__verdict *verdict)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     perp__rigid_problem problem;
     perp__rigid_answer answer;
     perp_status status = PERP_OK;

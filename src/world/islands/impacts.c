@@ -39,7 +39,7 @@ static double time_to(double gap, double u, double a)
 
 double perp__normal_terms(const perp_world *world, int32_t i, const double *x, int32_t bodies)
 {
-    const perp__rigid_rows *rows = &world->work.rows[i];
+    const perp__rigid_rows *rows = &world->solve.work.rows[i];
     const int32_t n = world->dof;
     double sum = 0.0;
 
@@ -49,28 +49,28 @@ double perp__normal_terms(const perp_world *world, int32_t i, const double *x, i
     return sum;
 }
 
-int32_t perp__lies_on_something(const perp_world *world, const perp__island *island)
+bool perp__lies_on_something(const perp_world *world, const perp__island *island)
 {
-    for (int32_t i = 0; i < 2 * world->work.count; i++)
-        if ((uint32_t)world->work.rows[i / 2].body[i % 2] >= (uint32_t)island->bodies)
+    for (int32_t i = 0; i < 2 * world->solve.work.count; i++)
+        if ((uint32_t)world->solve.work.rows[i / 2].body[i % 2] >= (uint32_t)island->bodies)
             return 1; /* -1: at rest */
     return 0;
 }
 
-double perp__forced_speed(const perp_world *world, const perp__island *island, int32_t i,
-                          int32_t lies)
+double perp__forced_speed(const perp_world *world, const perp__island *island, int32_t i, bool lies)
 {
-    const perp__rigid_rows *rows = &world->work.rows[i];
-    const double pressed = perp__moved_by(world, island, rows, 0) * world->work.impulse[3 * i];
+    const perp__rigid_rows *rows = &world->solve.work.rows[i];
+    const double pressed =
+        perp__moved_by(world, island, rows, 0) * world->solve.work.impulse[3 * i];
     double made = 0.0, twist[6];
 
     for (int32_t side = 0; side < 2 && lies; side++)
         if (rows->body[side] >= 0 && rows->body[side] < island->bodies) {
-            perp__twist_of(world, world->work.gain + world->dof * rows->body[side], twist);
+            perp__twist_of(world, world->solve.work.gain + world->dof * rows->body[side], twist);
             made += perp__length3(twist);
         }
     return fmax(0.5 * fmin(made, pressed),
-                fabs(perp__row_velocity(world, i, 0, world->work.gain, island->bodies, 0)));
+                fabs(perp__row_velocity(world, i, 0, world->solve.work.gain, island->bodies, 0)));
 }
 
 /* Marks contacts that the interval at hand closes, and that are hit in it, beside those that are;
@@ -80,8 +80,8 @@ double perp__forced_speed(const perp_world *world, const perp__island *island, i
 static int32_t find_hits(perp_world *world, const perp__island *island, double h, int32_t impacts,
                          double slow)
 {
-    perp__island_work *work = &world->work;
-    const int32_t lies = perp__lies_on_something(world, island);
+    perp__island_work *work = &world->solve.work;
+    const bool lies = perp__lies_on_something(world, island);
     int32_t i, hits = 0;
 
     for (i = 0; i < work->count; i++) {
@@ -104,7 +104,7 @@ static int32_t find_hits(perp_world *world, const perp__island *island, double h
 
 void perp__force_bodies(perp_world *world, const perp__island *island, double share)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
 
     work->share = share;
     for (int32_t i = 0; i < world->dof * island->bodies; i++)
@@ -116,7 +116,7 @@ void perp__force_bodies(perp_world *world, const perp__island *island, double sh
  * also where positions move as if they had all: the rest is that of the time which is left. */
 static void go(perp_world *world, const perp__island *island, double t, int32_t mean, double left)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     const int32_t n = world->dof, places = n == 6 ? 3 : n;
 
     for (int32_t i = 0; i < n * island->bodies; i++) {
@@ -143,12 +143,12 @@ static void go(perp_world *world, const perp__island *island, double t, int32_t 
 }
 
 /* Whether nothing that presses came in this interval, by velocities known to tol; 0: exactly. */
-static int32_t lasts(const perp_world *world, const perp__island *island, double tol)
+static bool lasts(const perp_world *world, const perp__island *island, double tol)
 {
-    const perp__island_work *work = &world->work;
+    const perp__island_work *work = &world->solve.work;
 
     for (int32_t i = 0; i < work->count; i++) {
-        const double way = fmax(work->gap[work->chosen[i]], 0.0) / world->step_length;
+        const double way = fmax(work->gap[work->chosen[i]], 0.0) / world->step.length;
 
         if (!(work->impulse[3 * i] > 0.0) || (way == 0.0 && work->came[i] == 0.0))
             continue;
@@ -162,8 +162,8 @@ static int32_t lasts(const perp_world *world, const perp__island *island, double
 
 static double normal_after(const perp_world *world, const perp__island *island, int32_t i)
 {
-    return perp__row_velocity(world, i, 0, world->work.v, island->bodies, 1) +
-           world->work.turning[3 * i];
+    return perp__row_velocity(world, i, 0, world->solve.work.v, island->bodies, 1) +
+           world->solve.work.turning[3 * i];
 }
 
 /* The first time at which a marked contact is closed; the way there is from now to `v` at `left`,
@@ -171,7 +171,7 @@ static double normal_after(const perp_world *world, const perp__island *island, 
 static double first_impact(const perp_world *world, const perp__island *island, double left,
                            int32_t mean, int32_t *which)
 {
-    const perp__island_work *work = &world->work;
+    const perp__island_work *work = &world->solve.work;
     double first = INFINITY;
 
     for (int32_t i = 0; i < work->count; i++) {
@@ -189,8 +189,8 @@ static double first_impact(const perp_world *world, const perp__island *island, 
 
 void perp__move_bodies(perp_world *world, const perp__island *island, double tol)
 {
-    perp__island_work *work = &world->work;
-    const int32_t mean = lasts(world, island, tol);
+    perp__island_work *work = &world->solve.work;
+    const bool mean = lasts(world, island, tol);
 
     if (mean && island->contacts == 0)
         perp__mean_of_ends(world, island);
@@ -199,10 +199,10 @@ void perp__move_bodies(perp_world *world, const perp__island *island, double tol
             work->moving[i] = mean ? 0.5 * (work->now[i] + work->v[i]) : work->v[i];
 }
 
-int32_t perp__gives_energy(const perp_world *world, const perp__island *island, int32_t units,
-                           double tol)
+bool perp__gives_energy(const perp_world *world, const perp__island *island, int32_t units,
+                        double tol)
 {
-    const perp__island_work *work = &world->work;
+    const perp__island_work *work = &world->solve.work;
     const int32_t n = world->dof;
     double sum = 0.0, size = 0.0; /* half of r'(u- + u+), and of its terms */
 
@@ -226,7 +226,7 @@ int32_t perp__gives_energy(const perp_world *world, const perp__island *island, 
 }
 
 /* None there is, or none that there is time for: what methods leave then may be anything. */
-static int32_t has_no_answer(const perp__verdict *verdict)
+static bool has_no_answer(const perp__verdict *verdict)
 {
     return verdict->outcome == PERP_OUTCOME_RAY || verdict->outcome == PERP_OUTCOME_TIME_LIMIT;
 }
@@ -235,7 +235,7 @@ static int32_t has_no_answer(const perp__verdict *verdict)
 static perp_status solve_round(perp_world *world, const perp__island *island,
                                perp__verdict *verdict)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     perp_status status = PERP_OK;
 
     if (work->units == 0) {
@@ -256,7 +256,7 @@ static perp_status solve_interval(perp_world *world, const perp__island *island,
                                   perp__verdict *verdict)
 {
     const perp__verdict before = *verdict;
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     perp__rounds rounds = {.change = INFINITY, .most = perp__level_of(world)->rounds};
     perp_status status = PERP_OK;
     int32_t units = -1;
@@ -289,8 +289,8 @@ static void turned_by_now(const perp_world *world, int32_t i, double *R)
 {
     double turn[9];
 
-    perp__turn_matrix(turn, world->work.drift + world->dof * i + 3);
-    perp__multiply3(R, turn, world->motions[world->work.members[i]].rotation);
+    perp__turn_matrix(turn, world->solve.work.drift + world->dof * i + 3);
+    perp__multiply3(R, turn, world->step.motions[world->solve.work.members[i]].rotation);
 }
 
 /* What forces add in a step, at the rate at which they do in the time that is left: the gyroscopic
@@ -298,27 +298,27 @@ static void turned_by_now(const perp_world *world, int32_t i, double *R)
 static void renew_gain(perp_world *world, const perp__island *island, double left, double h)
 {
     for (int32_t i = 0; i < island->bodies && left > 0.0; i++) {
-        const int32_t body = world->work.members[i];
-        const double *now = world->work.now + 6 * i;
+        const int32_t body = world->solve.work.members[i];
+        const double *now = world->solve.work.now + 6 * i;
         double R[9], w[3], torque[3], change[3], turned[3];
 
-        if (world->bodies[body].spherical)
+        if (world->bodies.all[body].spherical)
             continue;
         turned_by_now(world, i, R);
         perp__apply_transposed3(w, R, now + 3);
-        perp__apply_transposed3(torque, R, world->states[body].torque);
-        perp__euler_step(&world->bodies[body], left, w, torque, change);
+        perp__apply_transposed3(torque, R, world->bodies.states[body].torque);
+        perp__euler_step(&world->bodies.all[body], left, w, torque, change);
         perp__subtract3(change, change, w);
         perp__apply3(turned, R, change);
         for (int32_t k = 0; k < 3; k++)
-            world->work.gain[6 * i + 3 + k] = h / left * turned[k];
+            world->solve.work.gain[6 * i + 3 + k] = h / left * turned[k];
     }
 }
 
-int32_t perp__lessens(const perp_world *world, const perp__island *island, double tol,
-                      double *restitution)
+bool perp__lessens(const perp_world *world, const perp__island *island, double tol,
+                   double *restitution)
 {
-    if (*restitution == 0.0 || !perp__gives_energy(world, island, world->work.count, tol))
+    if (*restitution == 0.0 || !perp__gives_energy(world, island, world->solve.work.count, tol))
         return 0;
     *restitution = *restitution > LEAST_SHARE ? 0.5 * *restitution : 0.0;
     return 1;
@@ -329,9 +329,9 @@ int32_t perp__lessens(const perp_world *world, const perp__island *island, doubl
  * is hit: mere rounding moves there, which the rest of the step stops. */
 static void leave_out(perp_world *world, const perp__island *island, double lacking)
 {
-    const double tol = perp__exact_tol(world) * world->step_length;
-    perp__island_work *work = &world->work;
-    int32_t *parent = world->parent, hit = -1;
+    const double tol = perp__exact_tol(world) * world->step.length;
+    perp__island_work *work = &world->solve.work;
+    int32_t *parent = world->islands.parent, hit = -1;
 
     for (int32_t i = 0; i < island->bodies; i++)
         parent[work->members[i]] = work->members[i];
@@ -359,7 +359,7 @@ static void leave_out(perp_world *world, const perp__island *island, double lack
 static perp_status jump(perp_world *world, const perp__island *island, double lacking,
                         perp__verdict *verdict)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     double share = 1.0;
     perp_status status;
 
@@ -389,7 +389,7 @@ static perp_status jump(perp_world *world, const perp__island *island, double la
 static perp_status go_to_impact(perp_world *world, const perp__island *island, double *left,
                                 double h, double slow, int32_t *done, perp__verdict *verdict)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     int32_t which = -1, mean, passed, i;
     double t, whole, lacking;
     perp_status status;
@@ -437,7 +437,7 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
     for (i = 0; i < island->bodies; i++) {
         double R[9];
 
-        if (world->bodies[work->members[i]].spherical)
+        if (world->bodies.all[work->members[i]].spherical)
             continue;
         turned_by_now(world, i, R);
         perp__write_factor(world, work->members[i], R, work->factors + 36 * i);
@@ -452,7 +452,7 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
 static perp_status end_on_impacts(perp_world *world, const perp__island *island, double left,
                                   perp__verdict *verdict)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     perp_status status = PERP_OK;
     double share = 1.0;
     int32_t came = 1;
@@ -478,7 +478,7 @@ static perp_status end_on_impacts(perp_world *world, const perp__island *island,
         for (int32_t i = 0; i < work->count; i++) {
             const int32_t k = work->chosen[i];
             const double e = perp__step_contact(world, island, k)->restitution;
-            const int32_t is_hit = work->gap[k] <= 0.0 || e * work->impulse[3 * i] > 0.0;
+            const bool is_hit = work->gap[k] <= 0.0 || e * work->impulse[3 * i] > 0.0;
 
             came += is_hit && work->gap[k] > -INFINITY;
             work->gap[k] = is_hit ? -INFINITY : work->gap[k];
@@ -497,7 +497,7 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
                                 perp__verdict *verdict)
 {
     const int32_t most = (int32_t)fmax(1.0, CONTACTS_IN_ALL / fmax(1.0, island->contacts));
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     double left = h;
     int32_t done = 0;
     perp_status status;

@@ -8,32 +8,32 @@
 /* How many bodies are in islands: the first ones of body_order. */
 static inline int32_t perp__count_members(const perp_world *world)
 {
-    const perp__island *last = world->islands + world->island_count - 1;
+    const perp__island *last = world->islands.all + world->islands.count - 1;
 
-    return world->island_count > 0 ? last->first_body + last->bodies : 0;
+    return world->islands.count > 0 ? last->first_body + last->bodies : 0;
 }
 
 /* island.c: islands of the dynamic bodies that the set's included contacts join; `pressing`: those
  * that impulses, or ways that close joints, press. */
-perp_status perp__build_islands(perp_world *world, const perp__contact_set *set, int32_t pressing);
+perp_status perp__build_islands(perp_world *world, const perp__contact_set *set, bool pressing);
 
 static inline perp__motion *perp__island_motion(const perp_world *world, const perp__island *island,
                                                 int32_t i)
 {
-    return &world->motions[world->body_order[island->first_body + i]];
+    return &world->step.motions[world->islands.body_order[island->first_body + i]];
 }
 
 /* Contact i of an island, of the set that joins it: the step's, but for the projection. */
 static inline perp__world_contact *perp__step_contact(const perp_world *world,
                                                       const perp__island *island, int32_t i)
 {
-    return &world->island_set->contacts[world->contact_order[island->first_contact + i]];
+    return &world->islands.set->contacts[world->islands.contact_order[island->first_contact + i]];
 }
 
 static inline perp__contact_flags *perp__step_flags(const perp_world *world,
                                                     const perp__island *island, int32_t i)
 {
-    return &world->island_set->flags[world->contact_order[island->first_contact + i]];
+    return &world->islands.set->flags[world->islands.contact_order[island->first_contact + i]];
 }
 
 /* The bodies that contacts, and after them joints, tie, two of each; without joints, and where it
@@ -51,26 +51,27 @@ static inline int32_t perp__tie(const perp_world *world, const perp__island *isl
     if (island->joints == 0 && island->ties < 2)
         return island->tied;
     return joint < 0 ? perp__step_flags(world, island, i)->body[k % 2]
-                     : world->joints[world->joint_order[island->first_joint + joint]].body[k % 2];
+                     : world->joints.all[world->islands.joint_order[island->first_joint + joint]]
+                           .body[k % 2];
 }
 
 /* Whether callers put one of its bodies deep into others: the projection parts all of it then. */
-static inline int32_t perp__has_put(const perp_world *world, const perp__island *island)
+static inline bool perp__has_put(const perp_world *world, const perp__island *island)
 {
-    int32_t put = 0;
+    bool put = 0;
 
     for (int32_t i = 0; i < island->bodies && !put; i++)
-        put = world->roles[world->body_order[island->first_body + i]].put != 0;
+        put = world->step.roles[world->islands.body_order[island->first_body + i]].put != 0;
     return put;
 }
 
 static inline perp__response *perp__step_response(const perp_world *world,
                                                   const perp__island *island, int32_t i)
 {
-    return &world->contacts.responses[world->contact_order[island->first_contact + i]];
+    return &world->contacts.now.responses[world->islands.contact_order[island->first_contact + i]];
 }
 
-static inline int32_t perp__is_finite_contact(const perp__contact_set *set, int32_t i)
+static inline bool perp__is_finite_contact(const perp__contact_set *set, int32_t i)
 {
     const perp__world_contact *contact = &set->contacts[i];
     const perp__response *response = &set->responses[i];
@@ -93,16 +94,16 @@ typedef struct perp__level {
 } perp__level;
 extern const perp__level perp__levels[]; /* by accuracy */
 /* Whether all that is swept is a sketch, as at level `accurate`. */
-static inline int32_t perp__is_sketch(const perp_world *world)
+static inline bool perp__is_sketch(const perp_world *world)
 {
-    return world->sketches && world->settings.accuracy == PERP_ACCURACY_EXACT;
+    return world->step.sketches && world->settings.accuracy == PERP_ACCURACY_EXACT;
 }
 const perp__level *perp__level_of(const perp_world *world);
 void perp__open_budget(perp_world *world);
 /* The share of what is left of it that velocities may have. */
 void perp__open_velocities(perp_world *world);
-int32_t perp__is_budget_spent(const perp_world *world);
-int32_t perp__is_time_over(const perp_world *world); /* the step's time is over */
+bool perp__is_budget_spent(const perp_world *world);
+bool perp__is_time_over(const perp_world *world); /* the step's time is over */
 /* When an island has to be done, by its share of the contacts that are left; 0 without a limit. */
 double perp__island_deadline(const perp_world *world, const perp__island *island);
 void perp__spend(perp_world *world, int64_t iterations);
@@ -120,7 +121,7 @@ typedef struct perp__solve_summary {
     int32_t sketched; /* islands that are to be solved yet */
 } perp__solve_summary;
 /* Whether that is given up, for more parts of the step. */
-int32_t perp__takes_parts(const perp_world *world, const perp__solve_summary *summary);
+bool perp__takes_parts(const perp_world *world, const perp__solve_summary *summary);
 
 perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary);
 /* An island by its number, to which contacts came, or joints; it writes to nothing but what is its
@@ -135,7 +136,7 @@ perp_status perp__keep_sweep(perp_world *world, const perp__island *island, doub
 void perp__conclude_one(perp_world *world, int32_t number, double h, perp__verdict *verdict,
                         perp_status status, int32_t *last);
 /* Whether nothing but forces moves a body, be there contacts beside it or not. */
-int32_t perp__goes_freely(const perp_world *world, int32_t body);
+bool perp__goes_freely(const perp_world *world, int32_t body);
 
 /* problem.c */
 /* Makes the workspace fit the largest island; or as many contacts with joints' units, and bodies
@@ -169,7 +170,7 @@ void perp__turn_contact(perp_world *world, const perp__island *island,
 void perp__turn_contacts(perp_world *world);
 /* What row k of unit i makes of velocities x, and where `carried` of what moves as it is told. */
 double perp__row_velocity(const perp_world *world, int32_t i, int32_t k, const double *x,
-                          int32_t bodies, int32_t carried);
+                          int32_t bodies, bool carried);
 /* The problem of the chosen rows with work.free, and where its answer goes. */
 void perp__pose_island(perp_world *world, const perp__island *island, perp__rigid_problem *problem);
 void perp__receive(perp_world *world, perp__rigid_answer *answer);
@@ -189,7 +190,7 @@ void perp__write_velocities(perp_world *world, const perp__island *island);
 double perp__exact_tol(const perp_world *world);
 double perp__swept_tol(const perp_world *world);
 /* Solves it to the world's tol, or as far as the budget goes. bounces: with restitution. */
-perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
+perp_status perp__solve_rows(perp_world *world, const perp__island *island, bool bounces,
                              perp__verdict *verdict);
 
 /* The sizes of the terms that each body's velocity is made of. */
@@ -203,12 +204,12 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
 void perp__move_bodies(perp_world *world, const perp__island *island, double tol);
 /* Whether the first `units` rows, but for motors, do more work on the island's bodies from work.now
  * to work.v, u beside what moves as it is told, than that share of its terms, which may cancel. */
-int32_t perp__gives_energy(const perp_world *world, const perp__island *island, int32_t units,
-                           double tol);
+bool perp__gives_energy(const perp_world *world, const perp__island *island, int32_t units,
+                        double tol);
 /* Whether Moreau's law gave energy so, as with friction or several contacts it can: then it is to
  * be done again with less of the restitution, in the end none, which never does. */
-int32_t perp__lessens(const perp_world *world, const perp__island *island, double tol,
-                      double *restitution);
+bool perp__lessens(const perp_world *world, const perp__island *island, double tol,
+                   double *restitution);
 /* work.free := now + share of what forces add. */
 void perp__force_bodies(perp_world *world, const perp__island *island, double share);
 
@@ -217,8 +218,8 @@ double perp__normal_terms(const perp_world *world, int32_t i, const double *x, i
 /* What forces make of the normal velocity of the chosen contact i in a step; where the island lies
  * on something, of its bodies in any way, as others press them there: half of it and of that. */
 double perp__forced_speed(const perp_world *world, const perp__island *island, int32_t i,
-                          int32_t lies);
-int32_t perp__lies_on_something(const perp_world *world, const perp__island *island);
+                          bool lies);
+bool perp__lies_on_something(const perp_world *world, const perp__island *island);
 
 /* sweep.c: an island within the budget of the world's accuracy, from the impulses that it has. Of
  * one with joints the equations hold to rounding; begin_joints() comes first. */
@@ -228,11 +229,11 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
 void perp__close_gaps(perp_world *world, const perp__island *island, double h);
 /* The overlap from which on it is deep: so sweeps of an island take it out of what rests, too. */
 double perp__deep_overlap(const perp__world_contact *contact);
-int32_t perp__is_deep(const perp__world_contact *contact);
+bool perp__is_deep(const perp__world_contact *contact);
 /* Whether an exact solution costs no more than sweeps, or nothing less will do; and whether an
  * island has so many contacts at most: a joint is as many rows as two. */
-int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island);
-int32_t perp__is_few(const perp_world *world, const perp__island *island, int32_t most);
+bool perp__is_worth_exact(const perp_world *world, const perp__island *island);
+bool perp__is_few(const perp_world *world, const perp__island *island, int32_t most);
 
 /* carried.c, standing.c: what can rest, rests (perp/statics.h): an island whose bodies have the
  * motion of what carries them keeps it where impulses within all cones make the forces do that. */
@@ -266,11 +267,11 @@ typedef struct perp__carrying {
 /* The common motion of all static and kinematic bodies that an island touches or is joined with;
  * carrying->body is -1 where there is none. Returns 0 where they move differently; `moving`: where
  * all are at rest, and others than the first that is not may move as they like. */
-int32_t perp__find_carrying(const perp_world *world, const perp__island *island, int32_t moving,
-                            perp__carrying *carrying);
-int32_t perp__moves_with(const perp_world *world, const perp__carrying *carrying, int32_t body);
+bool perp__find_carrying(const perp_world *world, const perp__island *island, int32_t moving,
+                         perp__carrying *carrying);
+bool perp__moves_with(const perp_world *world, const perp__carrying *carrying, int32_t body);
 /* Its velocity: seen from there it does no work. Returns 0 where it turns or there is none. */
-int32_t perp__find_frame(const perp_world *world, const perp__island *island, double *frame);
+bool perp__find_frame(const perp_world *world, const perp__island *island, double *frame);
 /* The twist that a body of the island has at a time t of the step if it keeps that motion; before
  * it, t < 0, if it had it in the last one. */
 void perp__carried_twist(const perp_world *world, const perp__carrying *carrying, int32_t body,
@@ -280,19 +281,18 @@ void perp__ride(perp_world *world, const perp__island *island, double h);
 /* Whether there is a motion that the island may keep: that of what carries it, where all bodies
  * begin with it, or with the one that this had in the last step, `slowly` nearly so; or the one
  * that it has, where contacts with friction do not slide and none opens or closes. */
-int32_t perp__begins_standing(const perp_world *world, const perp__island *island, int32_t slowly,
-                              perp__carrying *carrying);
+bool perp__begins_standing(const perp_world *world, const perp__island *island, bool slowly,
+                           perp__carrying *carrying);
 
 /* The same impulses as in the last step, or what other forces make of those that were decided:
  * whether they leave an island at rest to rounding beside the terms of each body. Then
  * verdict->stands is 1, and that is its motion. swept: not what is deep, which sweeps take out.
  * Without joints; work is that of another problem then. PERP_OK or _MEMORY. */
-perp_status perp__lie_still(perp_world *world, const perp__island *island, int32_t swept,
+perp_status perp__lie_still(perp_world *world, const perp__island *island, bool swept,
                             perp__verdict *verdict);
 /* The second of these: contacts' `next` and *unbalance are written where it stands. */
 perp_status perp__stand_as_decided(perp_world *world, const perp__island *island,
-                                   const perp__carrying *carrying, int32_t swept,
-                                   double *unbalance);
+                                   const perp__carrying *carrying, bool swept, double *unbalance);
 
 /* What takes a body in a time t from the twist `now`, where it would have `free` alone, to the
  * carried one, as force[6]: an impulse, and an angular one over the body's length. */
@@ -303,8 +303,8 @@ double perp__body_length(const perp_world *world, int32_t body);
 /* work.stand_rows: the rows of work as statics has them, without those of what bodies part from
  * that move by work.still with `carrying`, which may be NULL. Returns 0 where one makes its bodies
  * move otherwise, whatever the forces; speeds of motors are not looked at where `ignores` is 1. */
-int32_t perp__gather_standing(perp_world *world, const perp__island *island,
-                              const perp__carrying *carrying, int32_t ignores);
+bool perp__gather_standing(perp_world *world, const perp__island *island,
+                           const perp__carrying *carrying, bool ignores);
 
 /* Whether the rows of work, over an interval whose velocities would be work.free without impulses,
  * can stand with the bodies in that motion, NULL: the one that they begin with, if there is one:
@@ -313,7 +313,7 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
                         const perp__carrying *carrying, perp__verdict *verdict);
 /* The same of those bodies that began at rest, beside others that move with work.v and press on
  * them with work.impulse, whose laws hold so to the level's tol or *residual: work has it then. */
-perp_status perp__stand_partly(perp_world *world, const perp__island *island, int32_t swept,
+perp_status perp__stand_partly(perp_world *world, const perp__island *island, bool swept,
                                double *residual);
 
 #endif

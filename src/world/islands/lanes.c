@@ -35,8 +35,8 @@ perp_status perp__create_lanes(perp_world *world)
                                 settings->tasks_user);
     if (status != PERP_OK)
         return status;
-    world->coloured.tasks = world->tasks;
-    world->coloured.shared_from = settings->run_tasks ? WORTH_CALLS : WORTH_PIECES;
+    world->solve.coloured.tasks = world->tasks;
+    world->solve.coloured.shared_from = settings->run_tasks ? WORTH_CALLS : WORTH_PIECES;
     world->lanes =
         perp__allocate_zeros(world->context, (size_t)count, sizeof *world->lanes, "the threads");
     if (!world->lanes)
@@ -46,9 +46,9 @@ perp_status perp__create_lanes(perp_world *world)
 
         perp__tasks_context(world->tasks, &lane->context);
         lane->share.context = lane->world.context = &lane->context;
-        perp__coloured_init(&lane->world.coloured, &lane->context);
-        lane->world.standing = &lane->standing;
-        status = perp__contact_create(&lane->context, &lane->world.solver, NULL);
+        perp__coloured_init(&lane->world.solve.coloured, &lane->context);
+        lane->world.solve.standing = &lane->standing;
+        status = perp__contact_create(&lane->context, &lane->world.solve.solver, NULL);
     }
     return status == PERP_OK ? status : perp__fail_memory(world->context, "the threads");
 }
@@ -58,10 +58,10 @@ void perp__release_lanes(perp_world *world)
     for (int32_t k = 0; k < world->lane_count; k++) {
         perp__lane *lane = &world->lanes[k];
 
-        perp__handle_end(lane->world.solver);
+        perp__handle_end(lane->world.solve.solver);
         perp__standing_release(&lane->standing);
-        perp__coloured_release(&lane->world.coloured);
-        perp__arena_release(&lane->world.island_arena);
+        perp__coloured_release(&lane->world.solve.coloured);
+        perp__arena_release(&lane->world.solve.arena);
         perp__release_batch(&lane->world);
         perp__release(&lane->context, lane->share.points);
     }
@@ -71,29 +71,29 @@ void perp__release_lanes(perp_world *world)
 
 /* ---- islands ---- */
 
-int32_t perp__shares_islands(const perp_world *world)
+bool perp__shares_islands(const perp_world *world)
 {
-    const perp__island *last = world->islands + world->island_count - 1;
+    const perp__island *last = world->islands.all + world->islands.count - 1;
 
-    return world->island_count > 1 && last->first_body + last->first_contact >= FEW &&
-           !world->budget.limited && world->budget.iterations == INT64_MAX;
+    return world->islands.count > 1 && last->first_body + last->first_contact >= FEW &&
+           !world->step.budget.limited && world->step.budget.iterations == INT64_MAX;
 }
 
 /* Whether it is not a lane's: all threads take part, one island after the others, as it dwarfs
  * them; or something moves it as it is told. What does is numbered within the island at hand, and
  * may be next to others. */
-static int32_t stays(const perp_world *world, const perp__island *island)
+static bool stays(const perp_world *world, const perp__island *island)
 {
-    const perp__island *last_one = world->islands + world->island_count - 1;
+    const perp__island *last_one = world->islands.all + world->islands.count - 1;
     const double self = (double)island->bodies + island->contacts;
     const double others = (double)last_one->first_body + last_one->bodies +
                           last_one->first_contact + last_one->contacts - self;
 
-    if (island->contacts >= PERP__GROUP * world->coloured.shared_from &&
+    if (island->contacts >= PERP__GROUP * world->solve.coloured.shared_from &&
         others < SHARED * (world->lane_count - 1) * self)
         return 1;
     for (int32_t k = 0; k < perp__count_ties(island); k++)
-        if (world->bodies[perp__tie(world, island, k)].kind == PERP_BODY_KINEMATIC)
+        if (world->bodies.all[perp__tie(world, island, k)].kind == PERP_BODY_KINEMATIC)
             return 1;
     return 0;
 }
@@ -107,20 +107,15 @@ static void solve_lane(int32_t k, void *data)
     /* the world as it is, with the lane's own things */
     lane->world = *at->world;
     lane->world.context = &lane->context;
-    lane->world.work = self.work;
-    lane->world.coloured = self.coloured;
-    lane->world.island_arena = self.island_arena;
-    lane->world.solver = self.solver;
-    lane->world.standing = self.standing;
-    lane->world.batch = self.batch;
+    lane->world.solve = self.solve;
     lane->last = -1;
     lane->status = perp__fit_island_work(&lane->world);
-    if (lane->world.batch)
+    if (lane->world.solve.batch)
         PERP__THEN(lane->status, perp__fit_batch(&lane->world));
     if (lane->status != PERP_OK)
         lane->last = 0;
-    for (int32_t i = k; i < at->world->island_count && lane->last < 0; i += at->world->lane_count)
-        if (!stays(at->world, &at->world->islands[i]))
+    for (int32_t i = k; i < at->world->islands.count && lane->last < 0; i += at->world->lane_count)
+        if (!stays(at->world, &at->world->islands.all[i]))
             lane->status = perp__solve_one(&lane->world, i, at->h, &lane->last);
     lane->status = perp__end_solving(&lane->world, at->h, lane->status, &lane->last);
 }
@@ -128,7 +123,7 @@ static void solve_lane(int32_t k, void *data)
 perp_status perp__solve_in_lanes(perp_world *world, double h, int32_t *last)
 {
     job at = {world, h, NULL};
-    const int64_t before = world->budget.spent;
+    const int64_t before = world->step.budget.spent;
     perp_status status = PERP_OK;
 
     *last = -1;
@@ -144,10 +139,10 @@ perp_status perp__solve_in_lanes(perp_world *world, double h, int32_t *last)
                      : perp__fail(world->context, lane->status, "%s", lane->context.message);
     }
     /* those that lanes left, on the caller's thread */
-    for (int32_t i = 0; i < (*last < 0 ? world->island_count : *last); i++) {
+    for (int32_t i = 0; i < (*last < 0 ? world->islands.count : *last); i++) {
         int32_t ended = -1;
         const perp_status self =
-            stays(world, &world->islands[i]) ? perp__solve_one(world, i, h, &ended) : PERP_OK;
+            stays(world, &world->islands.all[i]) ? perp__solve_one(world, i, h, &ended) : PERP_OK;
 
         if (ended < 0)
             continue;
@@ -155,9 +150,9 @@ perp_status perp__solve_in_lanes(perp_world *world, double h, int32_t *last)
         *last = ended;
     }
     status = perp__end_solving(world, h, status, last);
-    world->budget.spent = before;
-    for (int32_t i = 0; i <= (*last < 0 ? world->island_count - 1 : *last); i++)
-        perp__spend(world, world->islands[i].spent);
+    world->step.budget.spent = before;
+    for (int32_t i = 0; i <= (*last < 0 ? world->islands.count - 1 : *last); i++)
+        perp__spend(world, world->islands.all[i].spent);
     return status;
 }
 

@@ -34,7 +34,7 @@ void perp__release_lanes(perp_world *world);
 
 /* Whether the islands at hand are shared out to the lanes, of which there are some: it is worth it,
  * and there is no budget that all islands share. */
-int32_t perp__shares_islands(const perp_world *world);
+bool perp__shares_islands(const perp_world *world);
 
 /* perp__solve_one for all islands. Where one fails or is a ray it is as if those after it had not
  * been begun: *last is that one, or -1. */
@@ -88,7 +88,7 @@ perp_status perp__end_sweep(perp_world *world, const perp__island *island, doubl
  * begin, where it does not stand it waits; and the sweeps of all that wait, which each goes on from
  * by perp__conclude_one. They are over once PERP__BATCH_ISLANDS wait, or when perp__sweep_batch is
  * called, of a world that has a batch. */
-int32_t perp__joins_batch(const perp_world *world, const perp__island *island);
+bool perp__joins_batch(const perp_world *world, const perp__island *island);
 perp_status perp__fit_batch(perp_world *world);
 perp_status perp__wait_for_sweep(perp_world *world, int32_t number, double h,
                                  const perp__verdict *before, perp__verdict *verdict);

@@ -6,7 +6,7 @@
 static void lay_out(perp__arena *arena, void *object)
 {
     perp_world *world = object;
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     const size_t bodies = (size_t)work->max_bodies, contacts = (size_t)work->max_contacts;
     const size_t jointed = (size_t)work->max_jointed, numbers = bodies * (size_t)world->dof;
     const size_t rounds = 1 + (size_t)perp__levels[world->settings.accuracy].rounds;
@@ -37,13 +37,14 @@ static void lay_out(perp__arena *arena, void *object)
 
 perp_status perp__fit_work(perp_world *world, int32_t contacts, int32_t bodies, int32_t jointed)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
 
     perp__raise_room(&work->max_contacts, contacts);
-    perp__raise_room(&work->max_bodies, bodies < world->body_slots ? bodies : world->body_slots);
+    perp__raise_room(&work->max_bodies,
+                     bodies < world->bodies.slots ? bodies : world->bodies.slots);
     perp__raise_room(&work->max_jointed, jointed);
     return perp__arena_fit_sizes(
-        &world->island_arena, world->context, lay_out, world, work->fitted,
+        &world->solve.arena, world->context, lay_out, world, work->fitted,
         (size_t[]){(size_t)work->max_contacts, (size_t)work->max_bodies, (size_t)work->max_jointed},
         3);
 }
@@ -53,8 +54,8 @@ perp_status perp__fit_island_work(perp_world *world)
 {
     int32_t contacts = 0, bodies = 0, jointed = 0;
 
-    for (int32_t i = 0; i < world->island_count; i++) {
-        const perp__island *island = &world->islands[i];
+    for (int32_t i = 0; i < world->islands.count; i++) {
+        const perp__island *island = &world->islands.all[i];
 
         perp__raise_room(&contacts, island->contacts + PERP__JOINT_UNITS * island->joints);
         perp__raise_room(&bodies, island->bodies + island->contacts + island->joints);
@@ -112,7 +113,7 @@ void perp__twist_of(const perp_world *world, const double *x, double *twist)
 /* C with M^-1 = C C', row-major. World frame: I^-1 = (R C)(R C)'. */
 void perp__write_factor(const perp_world *world, int32_t i, const double *R, double *C)
 {
-    const perp__body *body = &world->bodies[i];
+    const perp__body *body = &world->bodies.all[i];
     const int32_t n = world->dof;
     const double root = sqrt(body->inverse_mass);
     double turned[9];
@@ -134,12 +135,12 @@ void perp__write_factor(const perp_world *world, int32_t i, const double *R, dou
 
 int32_t perp__number_of(perp_world *world, const perp__island *island, int32_t body)
 {
-    perp__motion *motion = &world->motions[body];
-    perp__island_work *work = &world->work;
+    perp__motion *motion = &world->step.motions[body];
+    perp__island_work *work = &world->solve.work;
 
-    if (world->roles[body].dynamic)
-        return world->roles[body].local;
-    if (world->bodies[body].kind == PERP_BODY_STATIC ||
+    if (world->step.roles[body].dynamic)
+        return world->step.roles[body].local;
+    if (world->bodies.all[body].kind == PERP_BODY_STATIC ||
         (perp__is_zero3(motion->start) && perp__is_zero3(motion->start + 3)))
         return PERP__RIGID_AT_REST;
     if (motion->carrier < 0) {
@@ -148,19 +149,19 @@ int32_t perp__number_of(perp_world *world, const perp__island *island, int32_t b
         motion->carrier = number;
         work->members[number] = body;
         perp__coordinates_of(world, motion->start, work->now + world->dof * number);
-        perp__copy3(work->origins + 3 * number, world->states[body].position);
+        perp__copy3(work->origins + 3 * number, world->bodies.states[body].position);
     }
     return motion->carrier;
 }
 
 void perp__gather_bodies(perp_world *world, const perp__island *island)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     const int32_t n = world->dof, ties = perp__count_ties(island);
 
     for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
-        const perp__motion *motion = &world->motions[body];
+        const int32_t body = world->islands.body_order[island->first_body + i];
+        const perp__motion *motion = &world->step.motions[body];
         double free[6];
 
         work->members[i] = body;
@@ -172,15 +173,15 @@ void perp__gather_bodies(perp_world *world, const perp__island *island)
             work->gain[n * i + k] = free[k] - work->start[n * i + k];
             work->drift[n * i + k] = 0.0;
         }
-        perp__copy3(work->origins + 3 * i, world->states[body].position);
+        perp__copy3(work->origins + 3 * i, world->bodies.states[body].position);
     }
     work->carriers = 0;
     work->gone = 0.0;
     for (int32_t k = 0; k < ties; k++) {
         const int32_t body = perp__tie(world, island, k);
 
-        if (!world->roles[body].dynamic && world->bodies[body].kind == PERP_BODY_KINEMATIC)
-            world->motions[body].carrier = -1;
+        if (!world->step.roles[body].dynamic && world->bodies.all[body].kind == PERP_BODY_KINEMATIC)
+            world->step.motions[body].carrier = -1;
     }
     if (island->joints > 0)
         (void)perp__join_parts(world, island);
@@ -190,9 +191,9 @@ void perp__gather_bodies(perp_world *world, const perp__island *island)
 }
 
 double perp__row_velocity(const perp_world *world, int32_t i, int32_t k, const double *x,
-                          int32_t bodies, int32_t carried)
+                          int32_t bodies, bool carried)
 {
-    const perp__island_work *work = &world->work;
+    const perp__island_work *work = &world->solve.work;
     const perp__rigid_rows *rows = &work->rows[i];
     const int32_t n = world->dof;
     double sum = 0.0;
@@ -210,7 +211,7 @@ double perp__row_velocity(const perp_world *world, int32_t i, int32_t k, const d
 /* Rows of the chosen contacts; bias is written for each problem. */
 void perp__choose_rows(perp_world *world, const perp__island *island, const int8_t *leaves_out)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
 
     work->count = 0;
     work->set_up = 0;
@@ -254,7 +255,7 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
 
 void perp__pose_island(perp_world *world, const perp__island *island, perp__rigid_problem *problem)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     const perp_world_settings *settings = &world->settings;
     const int32_t n = world->dof;
 
@@ -281,7 +282,7 @@ void perp__pose_island(perp_world *world, const perp__island *island, perp__rigi
 
 void perp__receive(perp_world *world, perp__rigid_answer *answer)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
 
     memset(answer, 0, sizeof *answer);
     answer->impulse = work->impulse;
@@ -294,9 +295,10 @@ void perp__receive(perp_world *world, perp__rigid_answer *answer)
 void perp__tell_contact(const perp_world *world, const perp__island *island, int32_t i,
                         double *impulse)
 {
-    const double *r = world->work.impulse + 3 * i;
-    const perp__rigid_rows *rows = &world->work.rows[i];
-    const perp__world_contact *contact = perp__step_contact(world, island, world->work.chosen[i]);
+    const double *r = world->solve.work.impulse + 3 * i;
+    const perp__rigid_rows *rows = &world->solve.work.rows[i];
+    const perp__world_contact *contact =
+        perp__step_contact(world, island, world->solve.work.chosen[i]);
     const int32_t side = rows->body[1] >= 0;
     double push[3] = {0.0}, twist[6];
 
@@ -313,7 +315,7 @@ void perp__tell_contact(const perp_world *world, const perp__island *island, int
 
 void perp__take_answer(perp_world *world, const perp__island *island)
 {
-    const perp__island_work *work = &world->work;
+    const perp__island_work *work = &world->solve.work;
 
     for (int32_t i = 0; i < work->count; i++) {
         perp__response *response = perp__step_response(world, island, work->chosen[i]);
@@ -329,7 +331,7 @@ void perp__take_answer(perp_world *world, const perp__island *island)
 
 void perp__write_velocities(perp_world *world, const perp__island *island)
 {
-    const perp__island_work *work = &world->work;
+    const perp__island_work *work = &world->solve.work;
 
     for (int32_t i = 0; i < work->count; i++) {
         const perp__rigid_rows *rows = &work->rows[i];
@@ -346,11 +348,11 @@ void perp__write_velocities(perp_world *world, const perp__island *island)
 
 void perp__write_twists(perp_world *world, const perp__island *island)
 {
-    const perp__island_work *work = &world->work;
+    const perp__island_work *work = &world->solve.work;
     const int32_t n = world->dof;
 
     for (int32_t i = 0; i < island->bodies; i++) {
-        perp__motion *motion = &world->motions[work->members[i]];
+        perp__motion *motion = &world->step.motions[work->members[i]];
 
         perp__twist_of(world, work->moving + n * i, motion->moving);
         perp__twist_of(world, work->now + n * i, motion->after);

@@ -16,15 +16,15 @@
 
 #include "world/islands/lanes.h"
 
-int32_t perp__goes_freely(const perp_world *world, int32_t body)
+bool perp__goes_freely(const perp_world *world, int32_t body)
 {
-    const perp__motion *motion = &world->motions[body];
+    const perp__motion *motion = &world->step.motions[body];
 
     return memcmp(motion->after, motion->free, sizeof motion->after) == 0;
 }
 
 /* Whether something closes if nothing acts: by the end of the step, or its velocities, on arcs. */
-static int32_t closes(perp_world *world, const perp__island *island, double h)
+static bool closes(perp_world *world, const perp__island *island, double h)
 {
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
@@ -34,7 +34,7 @@ static int32_t closes(perp_world *world, const perp__island *island, double h)
         if (end < 0.0 &&
             (!perp__goes_freely(world, contact->body_a) ||
              !perp__goes_freely(world, contact->body_b) ||
-             perp__meets(world, world->contact_order[island->first_contact + i], h, end)))
+             perp__meets(world, world->islands.contact_order[island->first_contact + i], h, end)))
             return 1;
     }
     return 0;
@@ -62,7 +62,7 @@ static void leave_alone(perp_world *world, const perp__island *island)
 }
 
 /* The exact solution; what time does not suffice for is swept, as what begins after it is. */
-static perp_status follow(perp_world *world, const perp__island *island, double h, int32_t known,
+static perp_status follow(perp_world *world, const perp__island *island, double h, bool known,
                           const perp__verdict *before, perp__verdict *verdict)
 {
     perp_status status;
@@ -86,7 +86,7 @@ perp_status perp__keep_sweep(perp_world *world, const perp__island *island, doub
         !verdict->stands &&
         (perp__is_sketch(world) || (perp__is_few(world, island, perp__level_of(world)->few) &&
                                     (!perp__is_good(verdict->outcome) || verdict->may_rest)));
-    if (world->sketches || !verdict->sketched)
+    if (world->step.sketches || !verdict->sketched)
         return PERP_OK;
     return follow(world, island, h, 0, before, verdict);
 }
@@ -96,15 +96,15 @@ perp_status perp__keep_sweep(perp_world *world, const perp__island *island, doub
 static perp_status solve_island(perp_world *world, int32_t number, double h, perp__verdict *verdict,
                                 int32_t *waits)
 {
-    const perp__island *island = &world->islands[number];
+    const perp__island *island = &world->islands.all[number];
     perp__verdict before = {.asked = verdict->asked,
                             .in_vain = verdict->in_vain,
                             .jointed = island->joints > 0,
                             .coarse = verdict->coarse,
                             .turn = verdict->turn};
-    const int32_t exact = perp__is_worth_exact(world, island);
-    const int32_t known = exact && verdict->jointed && verdict->impacts == 0;
-    const int32_t swept = verdict->sketched && !world->sketches; /* to no answer */
+    const bool exact = perp__is_worth_exact(world, island);
+    const bool known = exact && verdict->jointed && verdict->impacts == 0;
+    const bool swept = verdict->sketched && !world->step.sketches; /* to no answer */
     perp_status status = PERP_OK;
 
     if (island->joints > 0 && !verdict->jointed)
@@ -139,19 +139,19 @@ static perp_status solve_island(perp_world *world, int32_t number, double h, per
 /* Whether a body turns so far about a point that presses on it, its radius aside, that the point
  * goes elsewhere along the normal than its rate says, h^2/2 n.(w x (w x r)), by more than the half
  * widths of both shapes: then it can be beyond the other one. Joints have perp__is_rough(). */
-static int32_t turns_far(const perp_world *world, int32_t i, double h)
+static bool turns_far(const perp_world *world, int32_t i, double h)
 {
-    const perp__world_contact *contact = &world->contacts.contacts[i];
-    const perp__shape *a = &world->shapes[contact->shape_a];
-    const perp__shape *b = &world->shapes[contact->shape_b];
-    int32_t far = 0;
+    const perp__world_contact *contact = &world->contacts.now.contacts[i];
+    const perp__shape *a = &world->shapes.all[contact->shape_a];
+    const perp__shape *b = &world->shapes.all[contact->shape_b];
+    bool far = 0;
 
     for (int32_t side = 0; side < 2; side++) {
         const int32_t body = side == 0 ? contact->body_a : contact->body_b;
-        const double *w = world->motions[body].after + 3;
+        const double *w = world->step.motions[body].after + 3;
         double arm[3], rate[3], bend[3];
 
-        if (!world->roles[body].dynamic || perp__is_zero3(w))
+        if (!world->step.roles[body].dynamic || perp__is_zero3(w))
             continue;
         perp__copy3(arm, contact->arms[side]);
         perp__add3(arm, side == 0 ? -a->geometry.radius : b->geometry.radius, contact->axes[0]);
@@ -165,26 +165,26 @@ static int32_t turns_far(const perp_world *world, int32_t i, double h)
 void perp__conclude_one(perp_world *world, int32_t number, double h, perp__verdict *verdict,
                         perp_status status, int32_t *last)
 {
-    const perp__island *island = &world->islands[number];
-    const int32_t no_projection = verdict->swept && !perp__has_put(world, island);
+    const perp__island *island = &world->islands.all[number];
+    const bool no_projection = verdict->swept && !perp__has_put(world, island);
 
     if (verdict->stands && verdict->rides && verdict->impacts == 0)
         perp__ride(world, island, h);
     verdict->endless = 0;
     for (int32_t k = 0; k < island->contacts; k++) {
-        const int32_t at = world->contact_order[island->first_contact + k];
+        const int32_t at = world->islands.contact_order[island->first_contact + k];
 
-        world->contacts.flags[at].fresh = 0;
-        if (island->joints == 0 && world->contacts.responses[at].impulse[0] > 0.0)
+        world->contacts.now.flags[at].fresh = 0;
+        if (island->joints == 0 && world->contacts.now.responses[at].impulse[0] > 0.0)
             verdict->rough |= turns_far(world, at, h);
-        if (!verdict->stands && world->contacts.responses[at].mode != PERP_CONTACT_STICK)
-            memset(world->contacts.responses[at].base, 0, 3 * sizeof(double));
-        if (!verdict->stands || !world->contacts.flags[at].repeats) /* else it was looked at */
-            verdict->endless += !perp__is_finite_contact(&world->contacts, at);
+        if (!verdict->stands && world->contacts.now.responses[at].mode != PERP_CONTACT_STICK)
+            memset(world->contacts.now.responses[at].base, 0, 3 * sizeof(double));
+        if (!verdict->stands || !world->contacts.now.flags[at].repeats) /* else it was looked at */
+            verdict->endless += !perp__is_finite_contact(&world->contacts.now, at);
     }
     for (int32_t k = 0; k < island->bodies; k++) {
         const double *w = perp__island_motion(world, island, k)->moving + 3;
-        perp__role *role = &world->roles[world->body_order[island->first_body + k]];
+        perp__role *role = &world->step.roles[world->islands.body_order[island->first_body + k]];
 
         perp__island_motion(world, island, k)->verdict = *verdict;
         role->swept = (int8_t)no_projection;
@@ -197,18 +197,18 @@ void perp__conclude_one(perp_world *world, int32_t number, double h, perp__verdi
 
 perp_status perp__solve_one(perp_world *world, int32_t number, double h, int32_t *last)
 {
-    perp__island *island = &world->islands[number];
+    perp__island *island = &world->islands.all[number];
     perp__verdict verdict = perp__island_motion(world, island, 0)->verdict;
     int32_t fresh = island->joints > 0 && !verdict.jointed; /* came since it was solved */
-    const int64_t spent = world->budget.spent;
+    const int64_t spent = world->step.budget.spent;
     int32_t waits = 0;
     perp_status status;
 
     island->spent = 0;
     for (int32_t i = 0; i < island->contacts; i++)
         fresh += perp__step_flags(world, island, i)->fresh;
-    world->budget.contacts -= island->contacts + island->joints;
-    if (fresh == 0 && (!verdict.sketched || world->sketches))
+    world->step.budget.contacts -= island->contacts + island->joints;
+    if (fresh == 0 && (!verdict.sketched || world->step.sketches))
         return PERP_OK;
     verdict.sketched &= fresh == 0;
     for (int32_t k = 0; k < island->bodies; k++) {
@@ -221,8 +221,8 @@ perp_status perp__solve_one(perp_world *world, int32_t number, double h, int32_t
     status = solve_island(world, number, h, &verdict, &waits);
     if (!waits)
         perp__conclude_one(world, number, h, &verdict, status, last);
-    island->spent = world->budget.spent - spent;
-    if (world->batch && world->batch->count == PERP__BATCH_ISLANDS)
+    island->spent = world->step.budget.spent - spent;
+    if (world->solve.batch && world->solve.batch->count == PERP__BATCH_ISLANDS)
         status = perp__sweep_batch(world, h, last);
     return status;
 }
@@ -230,7 +230,7 @@ perp_status perp__solve_one(perp_world *world, int32_t number, double h, int32_t
 perp_status perp__end_solving(perp_world *world, double h, perp_status status, int32_t *last)
 {
     int32_t ended = -1;
-    const perp_status swept = world->batch ? perp__sweep_batch(world, h, &ended) : PERP_OK;
+    const perp_status swept = world->solve.batch ? perp__sweep_batch(world, h, &ended) : PERP_OK;
 
     if (ended < 0 || (*last >= 0 && *last < ended))
         return status;
@@ -242,10 +242,10 @@ perp_status perp__end_solving(perp_world *world, double h, perp_status status, i
 static perp_status solve_changed(perp_world *world, double h, perp__solve_summary *summary)
 {
     int32_t last = -1;
-    perp_status status = perp__build_islands(world, &world->contacts, 0);
+    perp_status status = perp__build_islands(world, &world->contacts.now, 0);
 
     PERP__THEN(status, perp__fit_island_work(world));
-    if (world->batch)
+    if (world->solve.batch)
         PERP__THEN(status, perp__fit_batch(world));
     if (status != PERP_OK)
         return status;
@@ -253,10 +253,11 @@ static perp_status solve_changed(perp_world *world, double h, perp__solve_summar
     if (world->lane_count > 0 && perp__shares_islands(world)) {
         status = perp__solve_in_lanes(world, h, &last);
     } else {
-        world->budget.contacts = 0;
-        for (int32_t i = 0; i < world->island_count; i++)
-            world->budget.contacts += world->islands[i].contacts + world->islands[i].joints;
-        for (int32_t i = 0; i < world->island_count && last < 0; i++)
+        world->step.budget.contacts = 0;
+        for (int32_t i = 0; i < world->islands.count; i++)
+            world->step.budget.contacts +=
+                world->islands.all[i].contacts + world->islands.all[i].joints;
+        for (int32_t i = 0; i < world->islands.count && last < 0; i++)
             status = perp__solve_one(world, i, h, &last);
         status = perp__end_solving(world, h, status, &last);
     }
@@ -264,8 +265,9 @@ static perp_status solve_changed(perp_world *world, double h, perp__solve_summar
         return status;
     /* 2. The last word on each island. */
     memset(summary, 0, sizeof *summary);
-    for (int32_t i = 0; i < world->island_count; i++) {
-        const perp__verdict *verdict = &perp__island_motion(world, &world->islands[i], 0)->verdict;
+    for (int32_t i = 0; i < world->islands.count; i++) {
+        const perp__verdict *verdict =
+            &perp__island_motion(world, &world->islands.all[i], 0)->verdict;
 
         summary->outcome = perp__worse_outcome(summary->outcome, verdict->outcome);
         perp__raise_to(&summary->residual, verdict->residual);
@@ -277,7 +279,8 @@ static perp_status solve_changed(perp_world *world, double h, perp__solve_summar
     }
     if (last >= 0) {
         summary->outcome = PERP_OUTCOME_RAY;
-        summary->residual = perp__island_motion(world, &world->islands[last], 0)->verdict.residual;
+        summary->residual =
+            perp__island_motion(world, &world->islands.all[last], 0)->verdict.residual;
     }
     return status;
 }
@@ -289,28 +292,28 @@ perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary
     int32_t came;
 
     memset(summary, 0, sizeof *summary);
-    world->island_count = 0;
-    world->sketches = 1;
-    for (int32_t i = 0; i < world->joint_slots; i++)
-        world->joints[i].placed = 0;
+    world->islands.count = 0;
+    world->step.sketches = 1;
+    for (int32_t i = 0; i < world->joints.slots; i++)
+        world->joints.all[i].placed = 0;
     came = perp__include_points(world, h, 0.0);
-    if (came > 0 || world->joint_count > 0)
+    if (came > 0 || world->joints.count > 0)
         status = solve_changed(world, h, summary);
     do {
         came = 0;
         if (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY)
-            status = perp__join_contacts(world, h, world->rounds < level->looks ? 0.0 : level->deep,
-                                         &came);
-        if (world->awake_changed) /* something came to what slept: the step begins anew */
+            status = perp__join_contacts(
+                world, h, world->contacts.rounds < level->looks ? 0.0 : level->deep, &came);
+        if (world->sleep.awake_changed) /* something came to what slept: the step begins anew */
             return status;
-        if (came == 0 && world->sketches) { /* what was sketched is solved */
-            world->sketches = 0;
+        if (came == 0 && world->step.sketches) { /* what was sketched is solved */
+            world->step.sketches = 0;
             came = summary->sketched;
         }
         if (status == PERP_OK && came > 0)
             status = solve_changed(world, h, summary);
     } while (status == PERP_OK && came > 0 &&
-             (world->sketches || !perp__takes_parts(world, summary)));
-    world->sketches = 0;
+             (world->step.sketches || !perp__takes_parts(world, summary)));
+    world->step.sketches = 0;
     return status;
 }

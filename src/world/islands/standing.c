@@ -15,16 +15,16 @@ void perp__standing_release(perp__standing *standing)
 
 double perp__body_length(const perp_world *world, int32_t body)
 {
-    const double *I = world->bodies[body].inertia;
+    const double *I = world->bodies.all[body].inertia;
 
-    return sqrt((I[0] + I[4] + I[8]) / world->bodies[body].mass);
+    return sqrt((I[0] + I[4] + I[8]) / world->bodies.all[body].mass);
 }
 
 /* The rows of a unit of work from row `from` on, turns over the bodies' lengths. */
 static void link_unit(perp_world *world, const perp__island *island, int32_t i, int32_t from,
                       perp__statics_unit *unit, int32_t *links, size_t *at)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     const perp__rigid_rows *rows = &work->rows[i];
     const int32_t n = world->dof, linear = n == 6 ? 3 : 2;
 
@@ -47,10 +47,10 @@ static void link_unit(perp_world *world, const perp__island *island, int32_t i, 
 
 /* Returns 0 where unit i makes its bodies move, whatever the forces. What is open, or what only a
  * motion would bring about, carries nothing. A motor without its speed is a force, all it may. */
-static int32_t write_unit(const perp_world *world, const perp__island *island, int32_t i,
-                          int32_t ignores, perp__statics_unit *unit, int32_t *from)
+static bool write_unit(const perp_world *world, const perp__island *island, int32_t i, bool ignores,
+                       perp__statics_unit *unit, int32_t *from)
 {
-    const perp__island_work *work = &world->work;
+    const perp__island_work *work = &world->solve.work;
     const perp__rigid_rows *rows = &work->rows[i];
 
     *from = 0;
@@ -61,7 +61,7 @@ static int32_t write_unit(const perp_world *world, const perp__island *island, i
         unit->kind = PERP__STATICS_CONE;
         unit->mu = rows->mu;
         unit->tangents = rows->dim - 1;
-        if (rows->bias[0] * world->step_length >
+        if (rows->bias[0] * world->step.length >
                 (ignores ? 0.0 : perp__closed_gap(world, contact)) ||
             perp__step_flags(world, island, work->chosen[i])->moved)
             unit->rows = unit->tangents = 0;
@@ -86,12 +86,12 @@ static int32_t write_unit(const perp_world *world, const perp__island *island, i
 }
 
 /* Whether the unit is of something that moves otherwise than what carries. */
-static int32_t is_of_other(const perp_world *world, const perp__island *island,
-                           const perp__carrying *carrying, int32_t i)
+static bool is_of_other(const perp_world *world, const perp__island *island,
+                        const perp__carrying *carrying, int32_t i)
 {
-    const int32_t k = i - world->work.count;
-    const int32_t *body = k < 0 ? perp__step_flags(world, island, world->work.chosen[i])->body
-                                : world->joints[world->work.joint_units[k].joint].body;
+    const int32_t k = i - world->solve.work.count;
+    const int32_t *body = k < 0 ? perp__step_flags(world, island, world->solve.work.chosen[i])->body
+                                : world->joints.all[world->solve.work.joint_units[k].joint].body;
 
     return carrying && carrying->parts &&
            ((!perp__is_dynamic(world, body[0]) && !perp__moves_with(world, carrying, body[0])) ||
@@ -99,21 +99,21 @@ static int32_t is_of_other(const perp_world *world, const perp__island *island,
 }
 
 /* Whether unit i is of something that moves, by work.still or as it is told. */
-static int32_t moves(const perp_world *world, const perp__island *island, int32_t i)
+static bool moves(const perp_world *world, const perp__island *island, int32_t i)
 {
-    const int32_t *body = world->work.rows[i].body, n = world->dof;
-    int32_t any = body[0] >= island->bodies || body[1] >= island->bodies;
+    const int32_t *body = world->solve.work.rows[i].body, n = world->dof;
+    bool any = body[0] >= island->bodies || body[1] >= island->bodies;
 
     for (int32_t side = 0; side < 2 && !any; side++)
-        any = body[side] >= 0 && !perp__is_zero(world->work.still + n * body[side], n);
+        any = body[side] >= 0 && !perp__is_zero(world->solve.work.still + n * body[side], n);
     return any;
 }
 
-int32_t perp__gather_standing(perp_world *world, const perp__island *island,
-                              const perp__carrying *carrying, int32_t ignores)
+bool perp__gather_standing(perp_world *world, const perp__island *island,
+                           const perp__carrying *carrying, bool ignores)
 {
-    const int32_t partly = carrying && carrying->motion == PERP__CARRIED_PARTLY;
-    perp__island_work *work = &world->work;
+    const bool partly = carrying && carrying->motion == PERP__CARRIED_PARTLY;
+    perp__island_work *work = &world->solve.work;
     perp__statics_rows *rows = &work->stand_rows;
     int32_t links = 0, from;
     size_t at = 0;
@@ -153,7 +153,7 @@ static void find_forces(perp_world *world, const perp__island *island,
                         const perp__carrying *carrying, double t, const double *now,
                         const double *free)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     const int32_t n = world->dof;
 
     for (int32_t i = 0; i < island->bodies; i++) {
@@ -188,10 +188,9 @@ static void mix(uint64_t *key, const void *data, size_t bytes)
 
 /* Of the contacts' keys, and what was decided of them. Returns 0 where nothing was, or of others:
  * what pressed is open, what only a motion brings about came, or sweeps take out what is deep. */
-static int32_t find_key(const perp_world *world, const perp__island *island, int32_t swept,
-                        uint64_t *key)
+static bool find_key(const perp_world *world, const perp__island *island, bool swept, uint64_t *key)
 {
-    int32_t any = 0;
+    bool any = 0;
 
     for (int32_t i = 0; i < PERP__STANDING_WORDS; i++)
         key[i] = 0x243F6A8885A308D3u + (uint64_t)i;
@@ -218,7 +217,8 @@ static int32_t find_key(const perp_world *world, const perp__island *island, int
         mix(key, words, sizeof words);
     }
     for (int32_t i = 0; i < island->bodies; i++) {
-        const double length = perp__body_length(world, world->body_order[island->first_body + i]);
+        const double length =
+            perp__body_length(world, world->islands.body_order[island->first_body + i]);
 
         mix(key, &length, sizeof length);
     }
@@ -228,7 +228,7 @@ static int32_t find_key(const perp_world *world, const perp__island *island, int
 /* The workspace with this key, or the one that was used longest ago. */
 static perp__statics *find_statics(perp_world *world, const uint64_t *key, int32_t *is_known)
 {
-    perp__standing *standing = world->standing;
+    perp__standing *standing = world->solve.standing;
     int32_t oldest = 0;
 
     *is_known = 0;
@@ -252,18 +252,18 @@ static perp__statics *find_statics(perp_world *world, const uint64_t *key, int32
 /* Within what a step may cost: where it has a time limit, decisions that fit in. */
 static perp_status set_up(const perp_world *world, perp__statics *statics)
 {
-    const double seconds = world->budget.limited ? world->settings.time_limit : INFINITY;
+    const double seconds = world->step.budget.limited ? world->settings.time_limit : INFINITY;
 
-    return perp__statics_set_up(statics, &world->work.stand_rows,
+    return perp__statics_set_up(statics, &world->solve.work.stand_rows,
                                 fmin(MOST_PRODUCTS, perp__statics_products(seconds)));
 }
 
 /* Adjusts decided impulses to work.stand_forces, by the rows of the contacts, those at hand if they
  * are `posed`, and their factor in the metric of the decision: what had no impulse has none. */
 static perp_status adjust(perp_world *world, const perp__island *island, const uint64_t *key,
-                          int32_t posed, perp__statics_answer *answer, int32_t *adjusted)
+                          bool posed, perp__statics_answer *answer, int32_t *adjusted)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     int32_t is_known;
     perp__statics *statics = find_statics(world, key, &is_known);
     perp_status status = statics ? PERP_OK : PERP_ERROR_MEMORY;
@@ -285,14 +285,15 @@ static perp_status adjust(perp_world *world, const perp__island *island, const u
     }
     *adjusted = status == PERP_OK && perp__statics_adjust(statics, answer, work->stand_forces);
     if (*adjusted)
-        memcpy(world->standing->key[world->standing->last], key, sizeof world->standing->key[0]);
+        memcpy(world->solve.standing->key[world->solve.standing->last], key,
+               sizeof world->solve.standing->key[0]);
     return status;
 }
 
 perp_status perp__stand_as_decided(perp_world *world, const perp__island *island,
-                                   const perp__carrying *carrying, int32_t swept, double *unbalance)
+                                   const perp__carrying *carrying, bool swept, double *unbalance)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     perp__statics_answer answer = {.r = work->stand_r};
     uint64_t key[PERP__STANDING_WORDS];
     int32_t adjusted, row = 0;
@@ -301,11 +302,11 @@ perp_status perp__stand_as_decided(perp_world *world, const perp__island *island
     if (!find_key(world, island, swept, key))
         return PERP_OK;
     for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
-        const perp__motion *motion = &world->motions[body];
+        const int32_t body = world->islands.body_order[island->first_body + i];
+        const perp__motion *motion = &world->step.motions[body];
         double force[6];
 
-        perp__find_force(world, carrying, body, world->step_length, motion->start, motion->free,
+        perp__find_force(world, carrying, body, world->step.length, motion->start, motion->free,
                          force);
         perp__coordinates_of(world, force, work->stand_forces + world->dof * i);
     }
@@ -314,7 +315,7 @@ perp_status perp__stand_as_decided(perp_world *world, const perp__island *island
         return status;
     *unbalance = answer.unbalance;
     for (int32_t i = 0; i < island->contacts; i++) {
-        const int32_t rubs = perp__step_flags(world, island, i)->rubs;
+        const bool rubs = perp__step_flags(world, island, i)->rubs;
         const int32_t rows = !rubs ? 1 : world->settings.planar ? 2 : 3;
         double *next = perp__step_response(world, island, i)->next;
 
@@ -326,9 +327,9 @@ perp_status perp__stand_as_decided(perp_world *world, const perp__island *island
 }
 
 /* Impulses and velocities of what stands: as it was decided, or as that was adjusted. */
-static void take_answer(perp_world *world, const perp__island *island, int32_t decided)
+static void take_answer(perp_world *world, const perp__island *island, bool decided)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
 
     for (int32_t i = 0; i < work->units; i++) {
         const perp__statics_unit *unit = &work->stand_units[i];
@@ -358,7 +359,7 @@ static void take_answer(perp_world *world, const perp__island *island, int32_t d
 /* Solvers of what falls begin at impulses next to balance. */
 static void start_from(perp_world *world, const perp__island *island, perp__statics *statics)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
 
     perp__statics_nearest(statics, work->stand_r);
     for (int32_t i = 0; i < work->count; i++) {
@@ -379,7 +380,8 @@ static perp_status decide(perp_world *world, perp__statics_answer *answer, perp_
 
     *statics = find_statics(world, NULL, &is_known);
     status = *statics ? set_up(world, *statics) : PERP_ERROR_MEMORY;
-    PERP__THEN(status, perp__statics_decide(*statics, answer, world->work.stand_forces, &aim));
+    PERP__THEN(status,
+               perp__statics_decide(*statics, answer, world->solve.work.stand_forces, &aim));
     perp__spend(world, answer->iterations);
     return status;
 }
@@ -387,19 +389,19 @@ static perp_status decide(perp_world *world, perp__statics_answer *answer, perp_
 perp_status perp__stand(perp_world *world, const perp__island *island,
                         const perp__carrying *carrying, perp__verdict *verdict)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     perp__statics_answer answer = {.r = work->stand_r};
     const int32_t *size = &work->stand_rows.size;
     perp__statics *statics;
     perp__carrying begun;
-    const int32_t begins = !verdict->moves && perp__begins_standing(world, island, 0, &begun);
+    const bool begins = !verdict->moves && perp__begins_standing(world, island, 0, &begun);
     perp_status status;
 
     verdict->stands = 0;
     carrying = carrying ? carrying : &begun;
     if ((carrying == &begun && !begins) || (world->settings.cone != 0 && !world->settings.planar))
         return PERP_OK;
-    find_forces(world, island, carrying, work->share * world->step_length, work->now, work->free);
+    find_forces(world, island, carrying, work->share * world->step.length, work->now, work->free);
     if (!perp__gather_standing(world, island, carrying, 0) || *size == verdict->asked)
         return PERP_OK;
     status = decide(world, &answer, &statics);
@@ -423,7 +425,7 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
 static double change_of(const perp_world *world, const perp__island *island, int32_t i,
                         int32_t slowly)
 {
-    const perp__island_work *work = &world->work;
+    const perp__island_work *work = &world->solve.work;
     const perp__rigid_rows *rows = &work->rows[i];
     const int32_t m = island->bodies, n = world->dof;
     const int32_t tested = slowly ? 0 : i >= work->count ? rows->dim : work->impulse[3 * i] > 0.0;
@@ -450,12 +452,12 @@ static double change_of(const perp_world *world, const perp__island *island, int
 
 /* work.still := work.v, but 0 of what began at rest, `slowly`: and has less than forces make of it;
  * *change: of what moves. Returns whether it can be asked: it changes, and no swept one is deep. */
-static int32_t part(perp_world *world, const perp__island *island, int32_t slowly, int32_t swept,
-                    double *change)
+static bool part(perp_world *world, const perp__island *island, int32_t slowly, bool swept,
+                 double *change)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     const int32_t n = world->dof;
-    int32_t may = 0;
+    bool may = 0;
 
     *change = 0.0;
     if (world->settings.cone != 0 && !world->settings.planar) /* statics has the exact one */
@@ -479,12 +481,12 @@ static int32_t part(perp_world *world, const perp__island *island, int32_t slowl
 }
 
 /* A key of the rows at hand, and of what was decided; 0 where nothing was, or joints take part. */
-static int32_t find_posed_key(const perp_world *world, const perp__island *island, uint64_t *key)
+static bool find_posed_key(const perp_world *world, const perp__island *island, uint64_t *key)
 {
-    const perp__island_work *work = &world->work;
+    const perp__island_work *work = &world->solve.work;
     const perp__statics_rows *rows = &work->stand_rows;
     size_t numbers = 0;
-    int32_t any = 0;
+    bool any = 0;
 
     for (int32_t i = 0; i < PERP__STANDING_WORDS; i++)
         key[i] = (uint64_t)rows->nodes << 32 | (uint64_t)i; /* some have no row */
@@ -502,11 +504,11 @@ static int32_t find_posed_key(const perp_world *world, const perp__island *islan
     return any && work->units == work->count;
 }
 
-perp_status perp__stand_partly(perp_world *world, const perp__island *island, int32_t swept,
+perp_status perp__stand_partly(perp_world *world, const perp__island *island, bool swept,
                                double *residual)
 {
     static const perp__carrying partly = {PERP__CARRIED_PARTLY, -1, 0};
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     const int32_t n = world->dof;
     perp__statics_answer answer = {.r = work->stand_r, .verdict = PERP_STATICS_FALLS};
     const double tol = fmax(*residual, swept ? perp__swept_tol(world) : perp__exact_tol(world));

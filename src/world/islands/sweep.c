@@ -23,12 +23,13 @@
 
 /* What moves heavily over what moves lightly: a mass, or where turns count the inertia about some
  * axis beside the body's size. */
-static double mass_ratio(const perp_world *world, const perp__island *island, int32_t turns)
+static double mass_ratio(const perp_world *world, const perp__island *island, bool turns)
 {
     double least = INFINITY, most = 0.0;
 
     for (int32_t i = 0; i < island->bodies; i++) {
-        const perp__body *body = &world->bodies[world->body_order[island->first_body + i]];
+        const perp__body *body =
+            &world->bodies.all[world->islands.body_order[island->first_body + i]];
         const double square = body->radius * body->radius;
 
         least = fmin(least, body->mass);
@@ -50,21 +51,21 @@ double perp__swept_tol(const perp_world *world)
                : perp__level_of(world)->tol;
 }
 
-int32_t perp__is_few(const perp_world *world, const perp__island *island, int32_t most)
+bool perp__is_few(const perp_world *world, const perp__island *island, int32_t most)
 {
     return island->contacts + 2 * island->joints <= most * (world->settings.planar ? 4 : 1);
 }
 
-int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island)
+bool perp__is_worth_exact(const perp_world *world, const perp__island *island)
 {
     const perp_world_settings *settings = &world->settings;
-    int32_t swept = perp__level_of(world)->sweeps_few && island->bodies > 1 && island->joints == 0;
+    bool swept = perp__level_of(world)->sweeps_few && island->bodies > 1 && island->joints == 0;
 
     /* sweeps serve for a few bodies as well where they are cheaper beside others (lanes.h), and no
      * impact has an instant to be found */
     for (int32_t i = 0; i < island->contacts && swept; i++)
         swept = perp__step_contact(world, island, i)->restitution == 0.0;
-    return (settings->accuracy == PERP_ACCURACY_EXACT && !world->sketches &&
+    return (settings->accuracy == PERP_ACCURACY_EXACT && !world->step.sketches &&
             !perp__is_time_over(world)) ||
            (settings->cone != 0 && !settings->planar) || island->contacts == 0 ||
            ((island->bodies <= FEW_BODIES || perp__is_few(world, island, PERP__FEW_CONTACTS)) &&
@@ -73,14 +74,14 @@ int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island
 }
 
 /* Contacts with restitution that pressed and had come faster than what the forces make. */
-static int32_t has_impacts(const perp_world *world, const perp__island *island)
+static bool has_impacts(const perp_world *world, const perp__island *island)
 {
-    const int32_t lies = perp__lies_on_something(world, island);
+    const bool lies = perp__lies_on_something(world, island);
 
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
-        if (contact->restitution > 0.0 && world->work.impulse[3 * i] > 0.0 &&
+        if (contact->restitution > 0.0 && world->solve.work.impulse[3 * i] > 0.0 &&
             perp__is_hit(contact->restitution, contact->start,
                          perp__forced_speed(world, island, i, lies)))
             return 1;
@@ -93,7 +94,7 @@ static int32_t has_impacts(const perp_world *world, const perp__island *island)
 static perp_status bounce(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
                           const perp__rigid_problem *problem, const perp__passes *step)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     perp__passes passes = *step;
     perp_status status = PERP_OK;
     double share = 1.0;
@@ -104,7 +105,7 @@ static perp_status bounce(perp_world *world, const perp__island *island, perp__r
         const perp__joint_unit *unit = &work->joint_units[i - work->count];
 
         if (unit->slot < PERP__SLOT_MOTOR && /* a limit that is not reached yet */
-            world->joints[unit->joint].gap[unit->slot - PERP__SLOT_LOWER] > 0.0)
+            world->joints.all[unit->joint].gap[unit->slot - PERP__SLOT_LOWER] > 0.0)
             memset(work->rows[i].rows, 0, sizeof work->rows[i].rows);
     }
     for (; came && looks > 0 && status == PERP_OK; looks--) {
@@ -117,7 +118,7 @@ static perp_status bounce(perp_world *world, const perp__island *island, perp__r
                 work->gap[i] = 0.0;
             }
         }
-        status = perp__coloured_step(&world->coloured, answer, NULL, problem, &passes);
+        status = perp__coloured_step(&world->solve.coloured, answer, NULL, problem, &passes);
         if (status == PERP_OK)
             perp__spend(world, answer->iterations);
         came = 0;
@@ -133,7 +134,7 @@ static perp_status bounce(perp_world *world, const perp__island *island, perp__r
 void perp__close_gaps(perp_world *world, const perp__island *island, double h)
 {
     for (int32_t i = 0; i < island->contacts; i++)
-        world->work.rows[i].bias[0] =
+        world->solve.work.rows[i].bias[0] =
             perp__left_gap(world, perp__step_contact(world, island, i)) / h;
 }
 
@@ -151,7 +152,7 @@ double perp__deep_overlap(const perp__world_contact *contact)
     return TOO_DEEP * PERP__NEAR * contact->size;
 }
 
-int32_t perp__is_deep(const perp__world_contact *contact)
+bool perp__is_deep(const perp__world_contact *contact)
 {
     return contact->gap < -perp__deep_overlap(contact);
 }
@@ -159,7 +160,7 @@ int32_t perp__is_deep(const perp__world_contact *contact)
 void perp__pose_sweep(perp_world *world, const perp__island *island, double h,
                       perp__sweeping *sweeping)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     perp__passes *step = &sweeping->step;
     const int32_t substeps = world->settings.substeps;
     const double deep = island->joints > 0 ? perp__level_of(world)->deep / PERP__NEAR : 0.0;
@@ -190,7 +191,7 @@ void perp__pose_sweep(perp_world *world, const perp__island *island, double h,
 
 void perp__take_sweep(perp_world *world, const perp__island *island, const perp__sweeping *sweeping)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     double *shift = work->solved;
 
     perp__spend(world, sweeping->answer.iterations);
@@ -206,7 +207,7 @@ void perp__take_sweep(perp_world *world, const perp__island *island, const perp_
 /* What the island has come to, for its bodies, contacts and joints. */
 static void finish(perp_world *world, const perp__island *island, perp__verdict *verdict)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     const size_t numbers = (size_t)(world->dof * island->bodies);
 
     if (verdict->stands) /* where it is: to lift it would be work */
@@ -229,9 +230,9 @@ static void finish(perp_world *world, const perp__island *island, perp__verdict 
 perp_status perp__begin_sweep(perp_world *world, const perp__island *island, double h,
                               perp__verdict *verdict, perp__sweeping *sweeping)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     perp__carrying carrying;
-    int32_t may;
+    bool may;
     perp_status status = PERP_OK;
 
     perp__gather_bodies(world, island);
@@ -289,7 +290,7 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     perp__rounds rounds = {
         .change = INFINITY, .most = 1, .coarse = verdict->coarse, .turn = verdict->turn};
     perp__sweeping sweeping;
-    int32_t again = 1;
+    bool again = 1;
     /* 1. the question whether it stands, of what begins so, or came so near in the last step */
     perp_status status = perp__begin_sweep(world, island, h, verdict, &sweeping);
 
@@ -299,18 +300,18 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
         perp__stop_trial(world, island);
     while (status == PERP_OK && !verdict->stands && again) {
         perp__pose_sweep(world, island, h, &sweeping);
-        status = perp__coloured_step(&world->coloured, &sweeping.answer, world->work.solved,
-                                     &sweeping.problem, &sweeping.step);
+        status = perp__coloured_step(&world->solve.coloured, &sweeping.answer,
+                                     world->solve.work.solved, &sweeping.problem, &sweeping.step);
         if (status != PERP_OK)
             return status;
         perp__take_sweep(world, island, &sweeping);
         again = island->joints > 0 && perp__goes_round(world, island, h, &rounds);
         if (!again && island->joints > 0 && !rounds.coarse &&
-            perp__gives_energy(world, island, world->work.units,
+            perp__gives_energy(world, island, world->solve.work.units,
                                perp__swept_tol(world) + rounds.turn * rounds.turn)) {
             /* beyond second order: rows of the beginning give none */
             perp__stop_trial(world, island);
-            again = rounds.coarse = 1;
+            rounds.coarse = again = 1;
         }
         if (again) {
             verdict->coarse = 1;

@@ -19,7 +19,7 @@
  * ways make of them since. */
 static void begin_gaps(perp_world *world, const perp__island *island, double t)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
 
     memset(work->hit, 0, (size_t)island->contacts);
     for (int32_t i = 0; i < island->contacts; i++) {
@@ -34,9 +34,9 @@ static void begin_gaps(perp_world *world, const perp__island *island, double t)
 
 /* Contacts that ways take deep, as heavy bodies pull light ones into an edge, take part when a pass
  * is taken again; not what is out in a step, where something `opens`. Returns how many came. */
-static int32_t shut_contacts(perp_world *world, const perp__island *island, int32_t opens)
+static int32_t shut_contacts(perp_world *world, const perp__island *island, bool opens)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     int32_t came = 0;
 
     for (int32_t i = 0; i < island->contacts; i++) {
@@ -56,9 +56,9 @@ static int32_t shut_contacts(perp_world *world, const perp__island *island, int3
 /* So much of the shift is gone; none takes part but what the next one takes deep. */
 static void let_contacts_go(perp_world *world, const perp__island *island, double share)
 {
-    memset(world->work.hit, 0, (size_t)island->contacts);
+    memset(world->solve.work.hit, 0, (size_t)island->contacts);
     for (int32_t i = 0; i < island->contacts; i++)
-        world->work.came[i] +=
+        world->solve.work.came[i] +=
             share *
             perp__normal_velocity(world, perp__step_contact(world, island, i), PERP__TWIST_SHIFT);
 }
@@ -85,10 +85,10 @@ static int32_t shut_limits(perp_world *world, const perp__island *island, double
 /* So much of the shift that was solved for, from where the island was. */
 static void go_there(perp_world *world, const perp__island *island, double share)
 {
-    const perp__island_work *work = &world->work;
+    const perp__island_work *work = &world->solve.work;
 
     for (int32_t i = 0; i < island->bodies; i++) {
-        perp__state *next = &world->next[work->members[i]];
+        perp__state *next = &world->step.next[work->members[i]];
         double *shift = perp__island_motion(world, island, i)->shift, turn[3] = {0.0, 0.0, 0.0};
 
         *next = work->before[i];
@@ -112,8 +112,8 @@ perp_status perp__close_island(perp_world *world, const perp__island *island, do
         return PERP_OK;
     begin_gaps(world, island, t);
     for (int32_t i = 0; i < island->bodies; i++)
-        perp__copy3(world->work.still + world->dof * i,
-                    world->next[world->body_order[island->first_body + i]].position);
+        perp__copy3(world->solve.work.still + world->dof * i,
+                    world->step.next[world->islands.body_order[island->first_body + i]].position);
     for (int32_t i = 0; i < island->joints; i++)
         memset(perp__island_joint(world, island, i)->closing, 0, 2 * sizeof(int32_t));
     (void)shut_limits(world, island, &allowed);
@@ -123,10 +123,10 @@ perp_status perp__close_island(perp_world *world, const perp__island *island, do
 
         perp__pose_positions(world, island, PERP__ROWS_OF_CLOSING, equally);
         for (int32_t i = 0; i < island->bodies; i++)
-            world->work.before[i] = world->next[world->work.members[i]];
-        world->coloured.joints.keeps = keeps;
+            world->solve.work.before[i] = world->step.next[world->solve.work.members[i]];
+        world->solve.coloured.joints.keeps = keeps;
         status = perp__solve_equations(world, island, held > 0 ? SWEEPS : 1, NULL);
-        world->coloured.joints.keeps = 0; /* where memory ran out, too */
+        world->solve.coloured.joints.keeps = 0; /* where memory ran out, too */
         if (status == PERP_ERROR_MEMORY)
             return status;
         go_there(world, island, 1.0);
@@ -168,12 +168,14 @@ perp_status perp__close_island(perp_world *world, const perp__island *island, do
     /* ways from `still` that may lead deep into others, or do but for contacts that took part: no
      * sweep has seen them */
     for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
+        const int32_t body = world->islands.body_order[island->first_body + i];
         double way[3];
 
-        perp__subtract3(way, world->next[body].position, world->work.still + world->dof * i);
-        if (far || perp__length3(way) > perp__level_of(world)->deep * world->bodies[body].radius)
-            world->roles[body].far = 1;
+        perp__subtract3(way, world->step.next[body].position,
+                        world->solve.work.still + world->dof * i);
+        if (far ||
+            perp__length3(way) > perp__level_of(world)->deep * world->bodies.all[body].radius)
+            world->step.roles[body].far = 1;
     }
     return PERP_OK;
 }

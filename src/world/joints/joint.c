@@ -16,9 +16,9 @@ static perp_status find_joint(const perp_world *world, int32_t *slot, perp_joint
 
     if (id == 0)
         return perp__fail(world->context, PERP_ERROR_HANDLE, "joint is 0, the null id");
-    if (number == 0 || number > (uint64_t)world->joint_slots)
+    if (number == 0 || number > (uint64_t)world->joints.slots)
         return perp__fail(world->context, PERP_ERROR_HANDLE, "joint is not a joint of this world");
-    joint = &world->joints[number - 1];
+    joint = &world->joints.all[number - 1];
     if (!joint->alive || joint->generation != id >> 32)
         return perp__fail(world->context, PERP_ERROR_HANDLE, "joint was removed from this world");
     *slot = (int32_t)(number - 1);
@@ -27,21 +27,21 @@ static perp_status find_joint(const perp_world *world, int32_t *slot, perp_joint
 
 static void take_off_list(perp_world *world, int32_t slot, int32_t side)
 {
-    int32_t *link = &world->bodies[world->joints[slot].body[side]].first_joint;
+    int32_t *link = &world->bodies.all[world->joints.all[slot].body[side]].first_joint;
 
     while (*link != 1 + 2 * slot + side)
-        link = &world->joints[(*link - 1) / 2].next[(*link - 1) % 2];
-    *link = world->joints[slot].next[side];
+        link = &world->joints.all[(*link - 1) / 2].next[(*link - 1) % 2];
+    *link = world->joints.all[slot].next[side];
 }
 
-int32_t perp__joint_parts(const perp_world *world, int32_t a, int32_t b)
+bool perp__joint_parts(const perp_world *world, int32_t a, int32_t b)
 {
     const int32_t sum = a + b, from = perp__is_dynamic(world, a) ? a : b; /* the ground has many */
 
-    if (perp__root_of(world->clusters, a) == perp__root_of(world->clusters, b))
+    if (perp__root_of(world->bodies.clusters, a) == perp__root_of(world->bodies.clusters, b))
         return 1;
-    for (int32_t link = world->bodies[from].first_joint; link != 0;) {
-        const perp__joint *joint = &world->joints[(link - 1) / 2];
+    for (int32_t link = world->bodies.all[from].first_joint; link != 0;) {
+        const perp__joint *joint = &world->joints.all[(link - 1) / 2];
 
         if (!joint->collides && joint->body[0] + joint->body[1] == sum)
             return 1;
@@ -52,11 +52,12 @@ int32_t perp__joint_parts(const perp_world *world, int32_t a, int32_t b)
 
 void perp__find_clusters(perp_world *world)
 {
-    for (int32_t i = 0; i < world->body_slots; i++)
-        world->clusters[i] = i;
-    for (int32_t i = 0; i < world->joint_slots; i++)
-        if (world->joints[i].alive && world->joints[i].kind == PERP_JOINT_FIXED)
-            perp__join(world->clusters, world->joints[i].body[0], world->joints[i].body[1]);
+    for (int32_t i = 0; i < world->bodies.slots; i++)
+        world->bodies.clusters[i] = i;
+    for (int32_t i = 0; i < world->joints.slots; i++)
+        if (world->joints.all[i].alive && world->joints.all[i].kind == PERP_JOINT_FIXED)
+            perp__join(world->bodies.clusters, world->joints.all[i].body[0],
+                       world->joints.all[i].body[1]);
 }
 
 /* ---- checks ---- */
@@ -154,7 +155,7 @@ static perp_status check_bodies(const perp_world *world, int32_t slots[2], perp_
 /* ---- making one ---- */
 
 void perp__view_of_states(const perp_world *world, const perp__joint *joint,
-                          const perp__state *states, double before, int32_t equations,
+                          const perp__state *states, double before, bool equations,
                           perp__joint_view *view)
 {
     perp__placement places[2];
@@ -173,7 +174,7 @@ void perp__view_of_states(const perp_world *world, const perp__joint *joint,
 static void attach(const perp_world *world, perp__joint *joint, const perp_joint_settings *settings,
                    const double *n)
 {
-    const int32_t in_plane = world->settings.planar && n[2] == 0.0;
+    const bool in_plane = world->settings.planar && n[2] == 0.0;
     const int32_t i = fabs(n[0]) > 0.9 ? 1 : 0;
     double axes[3][3] = {{n[0], n[1], n[2]}}, arm[3];
 
@@ -192,8 +193,8 @@ static void attach(const perp_world *world, perp__joint *joint, const perp_joint
 
     /* 2. in the frames of both bodies */
     for (int32_t side = 0; side < 2; side++) {
-        const int32_t is_other = side == 1 && settings->kind == PERP_JOINT_DISTANCE;
-        const perp__state *state = &world->states[joint->body[side]];
+        const bool is_other = side == 1 && settings->kind == PERP_JOINT_DISTANCE;
+        const perp__state *state = &world->bodies.states[joint->body[side]];
         double R[9];
 
         perp__rotation_of(world, state, R);
@@ -204,15 +205,15 @@ static void attach(const perp_world *world, perp__joint *joint, const perp_joint
     }
 }
 
-int32_t perp__joint_works(const perp_world *world, int32_t i)
+bool perp__joint_works(const perp_world *world, int32_t i)
 {
-    const perp__joint *joint = &world->joints[i];
+    const perp__joint *joint = &world->joints.all[i];
     const perp__body *a, *b;
 
     if (!joint->alive)
         return 0;
-    a = &world->bodies[joint->body[0]];
-    b = &world->bodies[joint->body[1]];
+    a = &world->bodies.all[joint->body[0]];
+    b = &world->bodies.all[joint->body[1]];
     return (a->awake && a->kind == PERP_BODY_DYNAMIC) || (b->awake && b->kind == PERP_BODY_DYNAMIC);
 }
 
@@ -225,9 +226,9 @@ static void rouse_both(perp_world *world, const perp__joint *joint)
 
 void perp__rouse_joined(perp_world *world, int32_t body)
 {
-    for (int32_t link = world->bodies[body].first_joint; link != 0;) {
-        rouse_both(world, &world->joints[(link - 1) / 2]);
-        link = world->joints[(link - 1) / 2].next[(link - 1) % 2];
+    for (int32_t link = world->bodies.all[body].first_joint; link != 0;) {
+        rouse_both(world, &world->joints.all[(link - 1) / 2]);
+        link = world->joints.all[(link - 1) / 2].next[(link - 1) % 2];
     }
 }
 
@@ -236,8 +237,8 @@ static void change_composition(perp_world *world, const perp__joint *joint)
 {
     for (int32_t side = 0; side < 2; side++)
         perp__note_put(world, joint->body[side]);
-    world->planes_changed = 1;
-    world->edition++;
+    world->pairs.planes_changed = 1;
+    world->bodies.edition++;
 }
 
 /* What keeps anchors apart needs a direction to push in. */
@@ -257,7 +258,7 @@ static perp_status read_length(const perp_world *world, const perp__joint *joint
 
     if (settings->kind != PERP_JOINT_DISTANCE)
         return PERP_OK;
-    perp__view_of_states(world, joint, world->states, 0.0, 1, &view);
+    perp__view_of_states(world, joint, world->bodies.states, 0.0, 1, &view);
     if (settings->lower > -INFINITY || settings->upper < INFINITY)
         return check_direction(world, joint, settings->lower, &view);
     settings->lower = settings->upper = view.coordinate;
@@ -267,21 +268,21 @@ static perp_status read_length(const perp_world *world, const perp__joint *joint
 /* Gives a joint a slot, and puts it on the lists of its bodies; returns the slot. */
 static int32_t place_joint(perp_world *world, perp__joint *made)
 {
-    const int32_t again = world->free_joint >= 0;
-    const int32_t slot = again ? world->free_joint : world->joint_slots++;
+    const bool again = world->joints.free >= 0;
+    const int32_t slot = again ? world->joints.free : world->joints.slots++;
 
-    made->generation = again ? world->joints[slot].generation : 1;
+    made->generation = again ? world->joints.all[slot].generation : 1;
     made->alive = 1;
     if (again)
-        world->free_joint = world->joints[slot].next_free;
+        world->joints.free = world->joints.all[slot].next_free;
     for (int32_t side = 0; side < 2; side++) {
-        perp__body *body = &world->bodies[made->body[side]];
+        perp__body *body = &world->bodies.all[made->body[side]];
 
         made->next[side] = body->first_joint;
         body->first_joint = 1 + 2 * slot + side;
     }
-    world->joints[slot] = *made;
-    world->joint_count++;
+    world->joints.all[slot] = *made;
+    world->joints.count++;
     change_composition(world, made);
     return slot;
 }
@@ -289,8 +290,8 @@ static int32_t place_joint(perp_world *world, perp__joint *made)
 static perp_status add_joint(perp_world *world, perp_joint *id, perp_body a, perp_body b,
                              const perp_joint_settings *caller)
 {
-    const perp__growing arrays[] = {PERP__GROWING(world->joints, world->joint_slots, 1),
-                                    PERP__GROWING(world->joint_states, world->joint_slots, 1)};
+    const perp__growing arrays[] = {PERP__GROWING(world->joints.all, world->joints.slots, 1),
+                                    PERP__GROWING(world->joints.states, world->joints.slots, 1)};
     perp_joint_settings settings;
     perp__joint made;
     perp__joint_state *state;
@@ -315,15 +316,15 @@ static perp_status add_joint(perp_world *world, perp_joint *id, perp_body a, per
     made.pitch = settings.pitch / 6.28318530717958647692;
     attach(world, &made, &settings, axis);
     status = read_length(world, &made, &settings);
-    if (status == PERP_OK && world->free_joint < 0)
-        status = perp__grow(world->context, "another joint", &world->joint_capacity,
-                            (int64_t)world->joint_slots + 1, arrays, 2);
+    if (status == PERP_OK && world->joints.free < 0)
+        status = perp__grow(world->context, "another joint", &world->joints.capacity,
+                            (int64_t)world->joints.slots + 1, arrays, 2);
     if (status != PERP_OK)
         return status;
 
     /* 3. its slot and its state */
     slot = place_joint(world, &made);
-    state = &world->joint_states[slot];
+    state = &world->joints.states[slot];
     memset(state, 0, sizeof *state); /* padding too: snapshots hold it */
     state->lower = settings.lower;
     state->upper = settings.upper;
@@ -344,22 +345,22 @@ perp_status perp_world_add_joint(perp_world *world, perp_joint *joint, perp_body
 
 static void drop_joint(perp_world *world, int32_t slot)
 {
-    perp__joint *joint = &world->joints[slot];
+    perp__joint *joint = &world->joints.all[slot];
 
     change_composition(world, joint);
     take_off_list(world, slot, 0);
     take_off_list(world, slot, 1);
     joint->alive = 0;
     joint->generation++;
-    joint->next_free = world->free_joint;
-    world->free_joint = slot;
-    world->joint_count--;
+    joint->next_free = world->joints.free;
+    world->joints.free = slot;
+    world->joints.count--;
 }
 
 void perp__remove_joints(perp_world *world, int32_t body)
 {
-    while (world->bodies[body].first_joint != 0)
-        drop_joint(world, (world->bodies[body].first_joint - 1) / 2);
+    while (world->bodies.all[body].first_joint != 0)
+        drop_joint(world, (world->bodies.all[body].first_joint - 1) / 2);
 }
 
 static perp_status remove_joint(perp_world *world, perp_joint joint)
@@ -385,21 +386,21 @@ static perp_status get_joint(const perp_world *world, perp_joint_state *state, p
     perp__joint_view view;
     const perp__joint *joint;
     const perp__joint_state *laws;
-    int32_t slot;
+    int32_t slot = 0;
     perp_status status = PERP__CHECK(perp_joint_state, world->context, state);
 
     PERP__THEN(status, find_joint(world, &slot, id));
     if (status != PERP_OK)
         return status;
-    joint = &world->joints[slot];
-    laws = &world->joint_states[slot];
+    joint = &world->joints.all[slot];
+    laws = &world->joints.states[slot];
     copy = laws->last;
     copy.struct_size = sizeof copy;
-    perp__view_of_states(world, joint, world->states, laws->coordinate, 1, &view);
+    perp__view_of_states(world, joint, world->bodies.states, laws->coordinate, 1, &view);
     copy.position = view.coordinate;
     copy.speed = 0.0;
     for (int32_t side = 0; side < 2; side++) {
-        const perp__state *moving = &world->states[joint->body[side]];
+        const perp__state *moving = &world->bodies.states[joint->body[side]];
         const double *row = view.rows[PERP__JOINT_ROWS][side];
 
         copy.speed += perp__dot3(row, moving->velocity);
@@ -410,7 +411,7 @@ static perp_status get_joint(const perp_world *world, perp_joint_state *state, p
     copy.motor_speed = laws->speed;
     copy.motor_force = laws->force;
     copy.friction = laws->friction;
-    perp__copy3(copy.anchor, world->states[joint->body[1]].position);
+    perp__copy3(copy.anchor, world->bodies.states[joint->body[1]].position);
     perp__add3(copy.anchor, 1.0, view.arms[1]);
     perp__struct_write(state, &copy, sizeof copy);
     return PERP_OK;
@@ -434,8 +435,8 @@ static perp_status set_law(perp_world *world, perp_joint id, law which, double a
 
     if (status != PERP_OK)
         return status;
-    joint = &world->joints[slot];
-    laws = world->joint_states[slot];
+    joint = &world->joints.all[slot];
+    laws = world->joints.states[slot];
     if (which == LIMITS) {
         laws.lower = a;
         laws.upper = b;
@@ -445,7 +446,7 @@ static perp_status set_law(perp_world *world, perp_joint id, law which, double a
     } else {
         laws.friction = a;
     }
-    perp__view_of_states(world, joint, world->states, laws.coordinate, 1, &view);
+    perp__view_of_states(world, joint, world->bodies.states, laws.coordinate, 1, &view);
     status = check_limits(world, joint->kind, laws.lower, laws.upper);
     PERP__THEN(status, check_direction(world, joint, laws.lower, &view));
     PERP__THEN(status, perp__check_finite(world->context, "motor_speed", &laws.speed, 1));
@@ -453,9 +454,9 @@ static perp_status set_law(perp_world *world, perp_joint id, law which, double a
     PERP__THEN(status, check_most(world, joint->kind, "friction", laws.friction));
     if (status != PERP_OK)
         return status;
-    if (memcmp(&world->joint_states[slot], &laws, sizeof laws) != 0)
+    if (memcmp(&world->joints.states[slot], &laws, sizeof laws) != 0)
         rouse_both(world, joint);
-    world->joint_states[slot] = laws;
+    world->joints.states[slot] = laws;
     return PERP_OK;
 }
 

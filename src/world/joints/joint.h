@@ -43,10 +43,7 @@ typedef struct perp__joint_view {
 
 typedef struct perp__joint {
     uint32_t generation;
-    int32_t alive;
-    int32_t next_free;
-    int32_t kind;
-    int32_t body[2];
+    int32_t alive, next_free, kind, body[2];
     int32_t
         next[2]; /* in the lists of the two bodies: 1 + twice the joint's number + side; 0: end */
     int32_t collides;
@@ -71,10 +68,16 @@ typedef struct perp__joint {
     double next_warm[PERP__JOINT_SLOTS];
 } perp__joint;
 
+/* The joints of a world, by slot. */
+typedef struct perp__world_joints {
+    perp__joint *all;
+    perp__joint_state *states;
+    int32_t slots, capacity, free, count;
+} perp__world_joints;
+
 /* Where a body is. */
 typedef struct perp__placement {
-    double position[3];
-    double rotation[9];
+    double position[3], rotation[9];
 } perp__placement;
 
 /* From where to where it goes in an interval, turning about one axis. What it does to a point that

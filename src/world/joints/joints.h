@@ -10,45 +10,45 @@
 /* joint.c */
 /* Whether joints keep two bodies from touching each other: one that joins them, or fixed ones in a
  * chain, which leave a contact nothing to do. */
-int32_t perp__joint_parts(const perp_world *world, int32_t a, int32_t b);
+bool perp__joint_parts(const perp_world *world, int32_t a, int32_t b);
 /* The clusters of bodies, of the fixed joints that there are. */
 void perp__find_clusters(perp_world *world);
 void perp__remove_joints(perp_world *world, int32_t body);
 /* Rouses what joints hold to a body. */
 void perp__rouse_joined(perp_world *world, int32_t body);
 /* Whether the joint in a slot takes part in steps: one of its bodies is awake. */
-int32_t perp__joint_works(const perp_world *world, int32_t i);
+bool perp__joint_works(const perp_world *world, int32_t i);
 void perp__view_of_states(const perp_world *world, const perp__joint *joint,
-                          const perp__state *states, double before, int32_t equations,
+                          const perp__state *states, double before, bool equations,
                           perp__joint_view *view);
 
 static inline perp__joint *perp__island_joint(const perp_world *world, const perp__island *island,
                                               int32_t i)
 {
-    return &world->joints[world->joint_order[island->first_joint + i]];
+    return &world->joints.all[world->islands.joint_order[island->first_joint + i]];
 }
 static inline perp__joint_state *perp__state_of(const perp_world *world, const perp__joint *joint)
 {
-    return &world->joint_states[joint - world->joints];
+    return &world->joints.states[joint - world->joints.all];
 }
 
 /* rows.c: before: the coordinate of a moment before, from which turns are counted; without its
  * equations where the coordinate is all that is asked for. */
 void perp__view_joint(const perp_world *world, const perp__joint *joint, double before,
-                      const perp__path *const paths[2], int32_t equations, perp__joint_view *view);
+                      const perp__path *const paths[2], bool equations, perp__joint_view *view);
 /* The same where both bodies are. */
 void perp__view_placed(const perp_world *world, const perp__joint *joint, double before,
-                       const perp__placement places[2], int32_t equations, perp__joint_view *view);
-int32_t perp__joint_has_coordinate(int32_t kind);
+                       const perp__placement places[2], bool equations, perp__joint_view *view);
+bool perp__joint_has_coordinate(int32_t kind);
 /* Whether the first three equations are along the axes of space. */
-int32_t perp__has_space_axes(int32_t kind);
+bool perp__has_space_axes(int32_t kind);
 /* Whether error i is a length, else an angle. */
-int32_t perp__is_length(const perp_world *world, const perp__joint *joint, int32_t i);
+bool perp__is_length(const perp_world *world, const perp__joint *joint, int32_t i);
 
 /* trial.c */
 /* Before an island with joints goes through a step of length h: the motion at hand is one of it,
  * with these contacts or fewer, where `known`. */
-void perp__begin_joints(perp_world *world, const perp__island *island, double h, int32_t known);
+void perp__begin_joints(perp_world *world, const perp__island *island, double h, bool known);
 /* From here on the joints' poses are to be those of the velocities now. */
 void perp__aim_joints(perp_world *world, const perp__island *island);
 /* How far limits are at the beginning of an interval, and which are reached; where `ahead` is not 0
@@ -83,11 +83,11 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
 void perp__stop_trial(perp_world *world, const perp__island *island);
 /* Whether joints turn too far in the interval: by about a radian, or so that rounds do not settle;
  * sweeps have one, and then the rows of the beginning, of first order. */
-int32_t perp__is_rough(const perp__rounds *rounds);
+bool perp__is_rough(const perp__rounds *rounds);
 
 /* swing.c */
 /* Whether nothing but joints acts, no limit is reached, and nothing drives them. */
-int32_t perp__swings(const perp_world *world, const perp__island *island);
+bool perp__swings(const perp_world *world, const perp__island *island);
 /* The mean of both ends' velocities, as bodies see it: of `now` and `v`. */
 void perp__mean_of_ends(perp_world *world, const perp__island *island);
 /* The velocities to which that leads; once its path is known, as they are at its end. */
@@ -124,25 +124,25 @@ void perp__add_joint_impulses(perp_world *world, const double *impulse, double s
 /* Adds an impulse along the view's row of a slot to what a joint tells of momentum. */
 void perp__tell_impulse(perp__joint *joint, const perp__joint_view *view, int32_t slot, double r);
 /* Whether limits that press did so from the start. */
-int32_t perp__limits_last(const perp_world *world);
+bool perp__limits_last(const perp_world *world);
 /* Refuses next states between which a joint's coordinate is no number. */
 perp_status perp__check_joints(const perp_world *world);
 /* What the step made of joints becomes their last one's. */
 void perp__keep_joints(perp_world *world);
 /* Rows of all joints, those asleep too. */
 int32_t perp__count_joint_rows(const perp_world *world);
-/* Joins the parts of joined bodies in world->parent, and notes that these are jointed. */
+/* Joins the parts of joined bodies in world->islands.parent, and notes that these are jointed. */
 void perp__join_joined(perp_world *world);
 /* For rest.c: what may not sleep for its joints is not calm. */
 void perp__upset_joints(perp_world *world);
 
 /* Whether its limits are equal. */
-static inline int32_t perp__is_locked(const perp__joint_state *state)
+static inline bool perp__is_locked(const perp__joint_state *state)
 {
     return state->lower == state->upper;
 }
 /* A distance of 0 has no direction. */
-int32_t perp__has_direction(const perp__joint_view *view);
+bool perp__has_direction(const perp__joint_view *view);
 
 /* projection.c, of the next states */
 /* Takes what joints lack out of the positions of the step's islands, while these are there, and
@@ -158,7 +158,7 @@ double perp__energy_given(const perp_world *world, const perp__island *island);
  * of the impulses that are told. Returns what is left. */
 double perp__take_given(perp_world *world, const perp__island *island, double given);
 /* The same from what turns gave, or all that turns, each body's share from its own. */
-double perp__take_turns(perp_world *world, const perp__island *island, double given, int32_t all);
+double perp__take_turns(perp_world *world, const perp__island *island, double given, bool all);
 /* The kinetic energy beside that of a velocity. */
 double perp__kinetic_beside(const perp_world *world, const perp__island *island, const double *v);
 /* What ways left by their turns; with no more energy than `gained` and what the step left. */

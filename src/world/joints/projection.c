@@ -15,7 +15,7 @@
 
 #include "world/joints/joints.h"
 
-static double tolerance_of(const perp__joint_view *view, double most, int32_t is_length)
+static double tolerance_of(const perp__joint_view *view, double most, bool is_length)
 {
     return is_length ? fmax(most * view->size, view->rounding) : most;
 }
@@ -25,16 +25,17 @@ static double tolerance_of(const perp__joint_view *view, double most, int32_t is
 static double error_of(const perp_world *world, perp__joint *joint)
 {
     const perp__joint_state *state = perp__state_of(world, joint);
-    const int32_t turns = joint->kind == PERP_JOINT_REVOLUTE || joint->kind == PERP_JOINT_SCREW;
-    const int32_t swept = world->roles[joint->body[0]].swept || world->roles[joint->body[1]].swept;
+    const bool turns = joint->kind == PERP_JOINT_REVOLUTE || joint->kind == PERP_JOINT_SCREW;
+    const bool swept =
+        world->step.roles[joint->body[0]].swept || world->step.roles[joint->body[1]].swept;
     const double allowed = swept ? PERP__NEGLIGIBLE : PERP__IN_PLACE;
     perp__joint_view *view = &joint->end;
     double sum = 0.0, excess;
 
-    perp__view_of_states(world, joint, world->next, state->coordinate, 1, view);
+    perp__view_of_states(world, joint, world->step.next, state->coordinate, 1, view);
     joint->allowed = tolerance_of(view, allowed, 1);
     for (int32_t k = 0; k < view->count; k++) {
-        const int32_t is_length = perp__is_length(world, joint, k);
+        const bool is_length = perp__is_length(world, joint, k);
 
         if (fabs(view->error[k]) > tolerance_of(view, allowed, is_length))
             sum += fabs(view->error[k]) * (is_length ? 1.0 : view->size);
@@ -58,9 +59,9 @@ double perp__joint_errors(const perp_world *world)
 {
     double sum = 0.0;
 
-    for (int32_t i = 0; i < world->joint_slots; i++)
+    for (int32_t i = 0; i < world->joints.slots; i++)
         if (perp__joint_works(world, i))
-            sum += world->joints[i].lack;
+            sum += world->joints.all[i].lack;
     return sum;
 }
 
@@ -71,7 +72,7 @@ void perp__write_row(const perp_world *world, const int32_t body[2], const doubl
     rows->dim = 1;
     rows->bias[0] = sign * error;
     for (int32_t side = 0; side < 2; side++) {
-        rows->body[side] = perp__is_dynamic(world, body[side]) ? world->roles[body[side]].local
+        rows->body[side] = perp__is_dynamic(world, body[side]) ? world->step.roles[body[side]].local
                                                                : PERP__RIGID_AT_REST;
         perp__coordinates_of(world, row[side], rows->rows[side][0]);
         for (int32_t j = 0; j < world->dof; j++)
@@ -81,7 +82,7 @@ void perp__write_row(const perp_world *world, const int32_t body[2], const doubl
 
 /* What velocities in some states make of a row; of bodies that move as they are `told` alone. */
 static double rate_of(const perp_world *world, const perp__joint *joint, const perp__state *states,
-                      const perp__joint_view *view, int32_t row, int32_t told)
+                      const perp__joint_view *view, int32_t row, bool told)
 {
     double rate = 0.0;
 
@@ -96,8 +97,8 @@ static double rate_of(const perp_world *world, const perp__joint *joint, const p
 }
 
 /* Whether a joint has equation k in the next states, the lock being the last. */
-static int32_t has_row(const perp_world *world, const perp__joint *joint, int32_t k,
-                       perp__row_kind which)
+static bool has_row(const perp_world *world, const perp__joint *joint, int32_t k,
+                    perp__row_kind which)
 {
     return (k < joint->end.count ||
             (k == PERP__SLOT_LOCK && perp__is_locked(perp__state_of(world, joint)) &&
@@ -111,7 +112,7 @@ static int32_t has_row(const perp_world *world, const perp__joint *joint, int32_
 static void add_rows(perp_world *world, const perp__island *island, perp__row_kind which,
                      double reach)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
 
     for (int32_t i = 0; i < island->joints; i++) {
         const perp__joint *joint = perp__island_joint(world, island, i);
@@ -124,7 +125,7 @@ static void add_rows(perp_world *world, const perp__island *island, perp__row_ki
             if (has_row(world, joint, k, which))
                 perp__write_row(world, joint->body, view->rows[k],
                                 which >= PERP__ROWS_OF_RATES
-                                    ? rate_of(world, joint, world->next, view, k, 1)
+                                    ? rate_of(world, joint, world->step.next, view, k, 1)
                                     : (k == PERP__SLOT_LOCK ? -beyond[0] : view->error[k]),
                                 1.0, &work->rows[work->units++]);
         if (joint->kind == PERP_JOINT_REVOLUTE || joint->kind == PERP_JOINT_SCREW)
@@ -140,7 +141,7 @@ static void add_rows(perp_world *world, const perp__island *island, perp__row_ki
 
 void perp__add_joint_errors(perp_world *world, const perp__island *island, double reach)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
 
     work->units = work->count;
     add_rows(world, island, PERP__ROWS_OF_LIMITS, reach);
@@ -151,21 +152,21 @@ void perp__add_joint_errors(perp_world *world, const perp__island *island, doubl
 void perp__pose_positions(perp_world *world, const perp__island *island, perp__row_kind which,
                           int32_t equally)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     const int32_t n = world->dof;
 
     for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
-        const double r = world->bodies[body].radius;
+        const int32_t body = world->islands.body_order[island->first_body + i];
+        const double r = world->bodies.all[body].radius;
         double R[9], *C = work->factors + n * n * i;
 
         work->members[i] = body;
-        perp__rotation_of(world, &world->next[body], R);
+        perp__rotation_of(world, &world->step.next[body], R);
         perp__write_factor(world, body, R, C);
         /* mass 1, and the inertia of a sphere of the body's size; its own, over its mass, of a body
          * without shapes */
         for (int32_t k = 0; equally && k < n * n; k++)
-            C[k] *= r > 0.0 ? 0.0 : sqrt(world->bodies[body].mass);
+            C[k] *= r > 0.0 ? 0.0 : sqrt(world->bodies.all[body].mass);
         for (int32_t k = 0; equally && r > 0.0 && k < n; k++)
             C[(n + 1) * k] = k < (n == 6 ? 3 : 2) ? 1.0 : sqrt(2.5) / r;
     }
@@ -186,16 +187,16 @@ void perp__pose_positions(perp_world *world, const perp__island *island, perp__r
 /* Whether joints have the velocities of the bodies: what else there is of them is no more than that
  * share of the terms; where the step ends of speeds beside the joint's size, too, whose rounding
  * turns have. */
-static int32_t are_on_joints(const perp_world *world, const perp__island *island,
-                             const perp__state *states, double most)
+static bool are_on_joints(const perp_world *world, const perp__island *island,
+                          const perp__state *states, double most)
 {
     for (int32_t i = 0; i < island->joints; i++) {
         const perp__joint *joint = perp__island_joint(world, island, i);
-        const double size = states == world->next ? joint->end.size : 0.0;
+        const double size = states == world->step.next ? joint->end.size : 0.0;
         perp__joint_view begin;
         const perp__joint_view *view = &joint->end;
 
-        if (states != world->next) {
+        if (states != world->step.next) {
             perp__view_of_states(world, joint, states, 0.0, 1, &begin);
             view = &begin;
         }
@@ -236,11 +237,11 @@ static double work_of_motors(const perp_world *world, const perp__island *island
             continue;
         if (state->force == INFINITY)
             return INFINITY;
-        perp__view_of_states(world, joint, world->states, 0.0, 0, &begin);
-        perp__view_of_states(world, joint, world->next, 0.0, 0, &end);
-        sum += world->step_length * state->force *
-               fmax(fabs(rate_of(world, joint, world->states, &begin, PERP__JOINT_ROWS, 0)),
-                    fabs(rate_of(world, joint, world->next, &end, PERP__JOINT_ROWS, 0)));
+        perp__view_of_states(world, joint, world->bodies.states, 0.0, 0, &begin);
+        perp__view_of_states(world, joint, world->step.next, 0.0, 0, &end);
+        sum += world->step.length * state->force *
+               fmax(fabs(rate_of(world, joint, world->bodies.states, &begin, PERP__JOINT_ROWS, 0)),
+                    fabs(rate_of(world, joint, world->step.next, &end, PERP__JOINT_ROWS, 0)));
     }
     return sum;
 }
@@ -269,11 +270,11 @@ static void velocity_to_keep(const perp_world *world, const perp__island *island
     }
     (void)perp__find_frame(world, island, kept);
     for (int32_t i = 0; i < island->bodies && held < 3; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
+        const int32_t body = world->islands.body_order[island->first_body + i];
 
-        mass += world->bodies[body].mass;
-        perp__add3(momentum, world->bodies[body].mass, world->next[body].velocity);
-        perp__add3(momentum, -world->bodies[body].mass, kept);
+        mass += world->bodies.all[body].mass;
+        perp__add3(momentum, world->bodies.all[body].mass, world->step.next[body].velocity);
+        perp__add3(momentum, -world->bodies.all[body].mass, kept);
     }
     for (int32_t k = 0; k < held && held < 3; k++)
         perp__add3(momentum, -perp__dot3(momentum, across[k]), across[k]);
@@ -290,7 +291,7 @@ static void take_energy(perp_world *world, const perp__island *island, double ex
     kinetic = perp__kinetic_beside(world, island, kept);
     share = isfinite(excess / kinetic) ? sqrt(fmax(1.0 - excess / kinetic, 0.0)) : excess < 0.0;
     for (int32_t i = 0; i < island->bodies; i++) {
-        perp__state *state = &world->next[world->body_order[island->first_body + i]];
+        perp__state *state = &world->step.next[world->islands.body_order[island->first_body + i]];
 
         for (int32_t k = 0; k < 3; k++) {
             state->velocity[k] = kept[k] + share * (state->velocity[k] - kept[k]);
@@ -311,21 +312,21 @@ double perp__energy_given(const perp_world *world, const perp__island *island)
 /* More than all that moves came from the way, as far as velocities were solved: then bodies stay
  * where they were, or the frame takes them, and what is too much is what their velocities gained.
  * Returns if they stay. */
-static int32_t keep_energy(perp_world *world, const perp__island *island, double given)
+static bool keep_energy(perp_world *world, const perp__island *island, double given)
 {
     double kept[3], frame[3];
-    int32_t stays;
+    bool stays;
 
     (void)perp__find_frame(world, island, frame);
     velocity_to_keep(world, island, kept);
     stays = given >= perp__kinetic_beside(world, island, kept);
     for (int32_t i = 0; i < island->bodies && stays; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
-        const perp__state now = world->next[body];
-        world->next[body] = world->states[body];
-        perp__add3(world->next[body].position, world->step_length, frame);
-        perp__copy3(world->next[body].velocity, now.velocity);
-        perp__copy3(world->next[body].angular_velocity, now.angular_velocity);
+        const int32_t body = world->islands.body_order[island->first_body + i];
+        const perp__state now = world->step.next[body];
+        world->step.next[body] = world->bodies.states[body];
+        perp__add3(world->step.next[body].position, world->step.length, frame);
+        perp__copy3(world->step.next[body].velocity, now.velocity);
+        perp__copy3(world->step.next[body].angular_velocity, now.angular_velocity);
     }
     take_energy(world, island, stays ? fmax(perp__energy_given(world, island), 0.0) : given);
     return stays;
@@ -334,12 +335,12 @@ static int32_t keep_energy(perp_world *world, const perp__island *island, double
 /* work.v := the velocities next to those in the next states that meet such rows there. */
 static perp_status meet_ends(perp_world *world, const perp__island *island, perp__row_kind which)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     double twist[6];
 
     perp__pose_positions(world, island, which, 0);
     for (int32_t i = 0; i < island->bodies; i++) {
-        const perp__state *state = &world->next[work->members[i]];
+        const perp__state *state = &world->step.next[work->members[i]];
 
         perp__copy3(twist, state->velocity);
         perp__copy3(twist + 3, state->angular_velocity);
@@ -352,7 +353,7 @@ static perp_status meet_ends(perp_world *world, const perp__island *island, perp
  * so are told along rows that no others say: along what repeats these they are mere rounding. */
 static perp_status end_swing(perp_world *world, const perp__island *island)
 {
-    const perp__island_work *work = &world->work;
+    const perp__island_work *work = &world->solve.work;
     const double *r = work->impulse;
     double kept[3], twist[6], before, after;
     int32_t repeats = 0;
@@ -360,7 +361,7 @@ static perp_status end_swing(perp_world *world, const perp__island *island)
 
     velocity_to_keep(world, island, kept);
     before = perp__kinetic_beside(world, island, kept);
-    if (before == 0.0 || are_on_joints(world, island, world->next, PERP__SUM_ROUNDING))
+    if (before == 0.0 || are_on_joints(world, island, world->step.next, PERP__SUM_ROUNDING))
         return PERP_OK;
     status = meet_ends(world, island, PERP__ROWS_NOT_SPARE);
     for (int32_t k = 0; k < island->joints * (PERP__JOINT_ROWS + 1) && status == PERP_OK; k++) {
@@ -379,7 +380,7 @@ static perp_status end_swing(perp_world *world, const perp__island *island)
     if (status != PERP_OK)
         return status;
     for (int32_t i = 0; i < island->bodies; i++) {
-        perp__state *state = &world->next[work->members[i]];
+        perp__state *state = &world->step.next[work->members[i]];
 
         perp__twist_of(world, work->v + world->dof * i, twist);
         perp__copy3(state->velocity, twist);
@@ -387,7 +388,7 @@ static perp_status end_swing(perp_world *world, const perp__island *island)
     }
     after = perp__kinetic_beside(world, island, kept);
     if (after < before && after > 0.0 &&
-        are_on_joints(world, island, world->states, sqrt(perp__exact_tol(world))))
+        are_on_joints(world, island, world->bodies.states, sqrt(perp__exact_tol(world))))
         take_energy(world, island, after - before);
     return PERP_OK;
 }
@@ -395,7 +396,8 @@ static perp_status end_swing(perp_world *world, const perp__island *island)
 static void place_again(perp_world *world, const perp__island *island)
 {
     for (int32_t i = 0; i < island->bodies; i++)
-        perp__place_body(world, world->next, world->body_order[island->first_body + i], 1);
+        perp__place_body(world, world->step.next, world->islands.body_order[island->first_body + i],
+                         1);
 }
 
 perp_status perp__end_islands(perp_world *world, int32_t *changed)
@@ -403,15 +405,15 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed)
     perp_status status = PERP_OK;
 
     *changed = 0;
-    world->scaled = 0.0;
+    world->step.scaled = 0.0;
     /* 1. What joints lack. */
-    for (int32_t i = 0; i < world->island_count && status == PERP_OK; i++) {
-        const perp__island *island = &world->islands[i];
+    for (int32_t i = 0; i < world->islands.count && status == PERP_OK; i++) {
+        const perp__island *island = &world->islands.all[i];
         int32_t closed = 0;
 
         if (island->joints == 0)
             continue;
-        status = perp__close_island(world, island, world->step_length, &closed);
+        status = perp__close_island(world, island, world->step.length, &closed);
         if (perp__island_motion(world, island, 0)->verdict.swings)
             PERP__THEN(status, end_swing(world, island));
         if (closed)
@@ -419,9 +421,9 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed)
         *changed |= closed;
     }
     /* 2. Energy, of bodies that impulses join. */
-    PERP__THEN(status, perp__build_islands(world, &world->contacts, 1));
-    for (int32_t i = 0; i < world->island_count && status == PERP_OK; i++) {
-        const perp__island *island = &world->islands[i];
+    PERP__THEN(status, perp__build_islands(world, &world->contacts.now, 1));
+    for (int32_t i = 0; i < world->islands.count && status == PERP_OK; i++) {
+        const perp__island *island = &world->islands.all[i];
         double given = perp__energy_given(world, island);
 
         for (int32_t k = 0; k < island->bodies; k++)

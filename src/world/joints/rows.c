@@ -63,14 +63,14 @@ static const int8_t planar_kinds[][PERP__JOINT_ROWS + 1] = {{SPACE_X, SPACE_Y, E
                                                             {END},
                                                             {END}};
 
-int32_t perp__joint_has_coordinate(int32_t kind)
+bool perp__joint_has_coordinate(int32_t kind)
 {
     return kind == PERP_JOINT_REVOLUTE || kind == PERP_JOINT_PRISMATIC ||
            kind == PERP_JOINT_SCREW || kind == PERP_JOINT_CYLINDRICAL ||
            kind == PERP_JOINT_DISTANCE;
 }
 
-int32_t perp__has_space_axes(int32_t kind)
+bool perp__has_space_axes(int32_t kind)
 {
     return kinds[kind][0] == SPACE_X;
 }
@@ -203,7 +203,7 @@ static double place_side(const perp__joint *joint, int32_t side, const perp__pat
 }
 
 void perp__view_joint(const perp_world *world, const perp__joint *joint, double before,
-                      const perp__path *const paths[2], int32_t equations, perp__joint_view *view)
+                      const perp__path *const paths[2], bool equations, perp__joint_view *view)
 {
     const int8_t *codes = (world->settings.planar ? planar_kinds : kinds)[joint->kind];
     pair_of_poses at;
@@ -221,7 +221,7 @@ void perp__view_joint(const perp_world *world, const perp__joint *joint, double 
 }
 
 void perp__view_placed(const perp_world *world, const perp__joint *joint, double before,
-                       const perp__placement places[2], int32_t equations, perp__joint_view *view)
+                       const perp__placement places[2], bool equations, perp__joint_view *view)
 {
     perp__path paths[2];
 
@@ -235,7 +235,7 @@ void perp__view_placed(const perp_world *world, const perp__joint *joint, double
 }
 
 /* Of translations: their errors are lengths; those of turning are angles. */
-int32_t perp__is_length(const perp_world *world, const perp__joint *joint, int32_t i)
+bool perp__is_length(const perp_world *world, const perp__joint *joint, int32_t i)
 {
     const int8_t code = (world->settings.planar ? planar_kinds : kinds)[joint->kind][i];
 

@@ -32,13 +32,13 @@ void perp__clear_joints(perp_world *world, const perp__island *island)
 
 static perp__rigid_rows *next_unit(perp_world *world, perp__joint *joint, int32_t slot, int32_t dim)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     perp__joint_unit *unit = &work->joint_units[work->units - work->count];
     perp__rigid_rows *rows = &work->rows[work->units];
     const double *warm = perp__state_of(world, joint)->warm + slot;
 
     memset(rows, 0, sizeof *rows);
-    unit->joint = (int32_t)(joint - world->joints);
+    unit->joint = (int32_t)(joint - world->joints.all);
     unit->slot = slot;
     unit->dim = rows->dim = dim;
     for (int32_t i = 0; i < 3; i++)
@@ -60,7 +60,7 @@ static void fill_row(perp_world *world, const perp__island *island, const perp__
     }
 }
 
-int32_t perp__has_direction(const perp__joint_view *view)
+bool perp__has_direction(const perp__joint_view *view)
 {
     const double(*row)[6] = view->rows[PERP__JOINT_ROWS];
 
@@ -73,7 +73,7 @@ static void add_bounded(perp_world *world, const perp__island *island, perp__joi
 {
     const int32_t k = most < INFINITY ? 1 : 0;
     perp__rigid_rows *rows = next_unit(world, joint, slot, 1 + k);
-    double *warm = world->work.warm + 3 * (world->work.units - 1);
+    double *warm = world->solve.work.warm + 3 * (world->solve.work.units - 1);
     int exponent;
 
     fill_row(world, island, joint, PERP__JOINT_ROWS, 1.0, rows, k);
@@ -85,7 +85,7 @@ static void add_bounded(perp_world *world, const perp__island *island, perp__joi
     (void)frexp(perp__moved_by(world, island, rows, k), &exponent);
     rows->compliance[0] = ldexp(1.0, exponent);
     warm[1] = warm[0];
-    warm[0] = most * world->work.length;
+    warm[0] = most * world->solve.work.length;
 }
 
 /* Those that are not spare, up to three in a row to a unit. */
@@ -120,7 +120,7 @@ static void add_equations(perp_world *world, const perp__island *island, perp__j
 
 int32_t perp__join_parts(const perp_world *world, const perp__island *island)
 {
-    int32_t *parents = world->work.parts, ground = -1, loops = 0;
+    int32_t *parents = world->solve.work.parts, ground = -1, loops = 0;
 
     for (int32_t i = 0; i < island->bodies; i++)
         parents[i] = i;
@@ -130,7 +130,7 @@ int32_t perp__join_parts(const perp_world *world, const perp__island *island)
 
         for (int32_t side = 0; side < 2; side++)
             ends[side] =
-                perp__is_dynamic(world, body[side]) ? world->roles[body[side]].local : ground;
+                perp__is_dynamic(world, body[side]) ? world->step.roles[body[side]].local : ground;
         if (ends[0] < 0 || ends[1] < 0)
             ground = ends[0] < 0 ? ends[1] : ends[0]; /* the first that is tied stands for it */
         else
@@ -141,8 +141,8 @@ int32_t perp__join_parts(const perp_world *world, const perp__island *island)
 
 perp_status perp__find_spare_rows(perp_world *world, const perp__island *island)
 {
-    perp__island_work *work = &world->work;
-    perp__joint_block *block = &world->coloured.joints;
+    perp__island_work *work = &world->solve.work;
+    perp__joint_block *block = &world->solve.coloured.joints;
     perp__rigid_problem problem;
     int32_t n = 0;
     perp_status status;
@@ -164,7 +164,7 @@ perp_status perp__find_spare_rows(perp_world *world, const perp__island *island)
         const perp__joint_unit *unit = &work->joint_units[i];
 
         for (int32_t k = 0; k < unit->dim; k++, n++)
-            world->joints[unit->joint].spare[unit->slot + k] =
+            world->joints.all[unit->joint].spare[unit->slot + k] =
                 block->factored && block->factor.repeats[block->lane[n]];
     }
     return status;
@@ -173,7 +173,7 @@ perp_status perp__find_spare_rows(perp_world *world, const perp__island *island)
 /* Units that are contacts to the contact layer, then those that are equations. */
 void perp__add_joint_rows(perp_world *world, const perp__island *island)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
 
     /* 1. limits that are reached, motors and friction with bounds */
     work->units = work->count;
@@ -219,18 +219,18 @@ void perp__add_joint_rows(perp_world *world, const perp__island *island)
 /* The force or moment that bounds a unit of a motor or of dry friction. */
 static double bound_of(const perp_world *world, const perp__joint_unit *unit)
 {
-    const perp__joint_state *state = &world->joint_states[unit->joint];
+    const perp__joint_state *state = &world->joints.states[unit->joint];
 
     return unit->slot == PERP__SLOT_MOTOR ? state->force : state->friction;
 }
 
 void perp__time_joints(perp_world *world, double t)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
 
     for (int32_t i = work->count; i < work->inequalities; i++) {
         const perp__joint_unit *unit = &work->joint_units[i - work->count];
-        const double *gap = world->joints[unit->joint].gap;
+        const double *gap = world->joints.all[unit->joint].gap;
 
         if (unit->slot >= PERP__SLOT_MOTOR)
             work->rows[i].bias[0] = -work->rows[i].compliance[0] * (t * bound_of(world, unit));
@@ -261,11 +261,11 @@ void perp__tell_impulse(perp__joint *joint, const perp__joint_view *view, int32_
  * it: beside impulses that are larger by 1e10 that row is solved to tol of those. */
 void perp__add_joint_impulses(perp_world *world, const double *impulse, double share)
 {
-    const perp__island_work *work = &world->work;
+    const perp__island_work *work = &world->solve.work;
 
     for (int32_t i = work->count; i < work->units; i++) {
         const perp__joint_unit *unit = &work->joint_units[i - work->count];
-        perp__joint *joint = &world->joints[unit->joint];
+        perp__joint *joint = &world->joints.all[unit->joint];
         const int32_t is_bounded = i < work->inequalities && unit->slot >= PERP__SLOT_MOTOR;
         const double *r = impulse + 3 * (i - work->count) + is_bounded;
         const double most = is_bounded ? work->length * bound_of(world, unit) : INFINITY;
@@ -280,13 +280,13 @@ void perp__add_joint_impulses(perp_world *world, const double *impulse, double s
     }
 }
 
-int32_t perp__limits_last(const perp_world *world)
+bool perp__limits_last(const perp_world *world)
 {
-    const perp__island_work *work = &world->work;
+    const perp__island_work *work = &world->solve.work;
 
     for (int32_t i = work->count; i < work->inequalities; i++) {
         const perp__joint_unit *unit = &work->joint_units[i - work->count];
-        const perp__joint *joint = &world->joints[unit->joint];
+        const perp__joint *joint = &world->joints.all[unit->joint];
 
         if (unit->slot < PERP__SLOT_MOTOR && work->impulse[3 * i] > 0.0 &&
             !(joint->gap[unit->slot - PERP__SLOT_LOWER] <= 0.0 &&
@@ -305,7 +305,7 @@ static void read_state(const perp_world *world, const perp__joint *joint, perp__
     perp_joint_state *last = &state->last;
     perp__joint_view view;
 
-    perp__view_of_states(world, joint, world->states, state->coordinate, 0, &view);
+    perp__view_of_states(world, joint, world->bodies.states, state->coordinate, 0, &view);
     state->coordinate = view.coordinate;
     memcpy(state->warm, joint->next_warm, sizeof state->warm);
     memset(last, 0, sizeof *last);
@@ -323,18 +323,18 @@ perp_status perp__check_joints(const perp_world *world)
 {
     perp_status status = PERP_OK;
 
-    for (int32_t i = 0; i < world->joint_slots && status == PERP_OK; i++) {
-        const perp__joint *joint = &world->joints[i];
+    for (int32_t i = 0; i < world->joints.slots && status == PERP_OK; i++) {
+        const perp__joint *joint = &world->joints.all[i];
         perp__joint_view view = {.coordinate = 0.0};
         double place = 0.0;
 
         if (!perp__joint_works(world, i))
             continue;
         for (int32_t side = 0; side < 2; side++)
-            place = fmax(place, fmax(perp__largest3(world->next[joint->body[side]].position),
+            place = fmax(place, fmax(perp__largest3(world->step.next[joint->body[side]].position),
                                      perp__largest3(joint->anchors[side])));
         if (!(place < FAR)) /* else it has one */
-            perp__view_of_states(world, joint, world->next, 0.0, 0, &view);
+            perp__view_of_states(world, joint, world->step.next, 0.0, 0, &view);
         if (!isfinite(view.coordinate) || !perp__is_finite3(joint->told[0]) ||
             !perp__is_finite3(joint->told[1]))
             status = perp__fail(world->context, PERP_ERROR_NOT_FINITE,
@@ -345,13 +345,14 @@ perp_status perp__check_joints(const perp_world *world)
 
 void perp__keep_joints(perp_world *world)
 {
-    for (int32_t i = 0; i < world->joint_slots; i++) {
-        const perp__joint_state before = world->joint_states[i];
+    for (int32_t i = 0; i < world->joints.slots; i++) {
+        const perp__joint_state before = world->joints.states[i];
 
         if (!perp__joint_works(world, i))
             continue;
-        read_state(world, &world->joints[i], &world->joint_states[i]);
-        world->joints[i].changed = memcmp(&before, &world->joint_states[i], sizeof before) != 0;
+        read_state(world, &world->joints.all[i], &world->joints.states[i]);
+        world->joints.all[i].changed =
+            memcmp(&before, &world->joints.states[i], sizeof before) != 0;
     }
 }
 
@@ -359,8 +360,8 @@ int32_t perp__count_joint_rows(const perp_world *world)
 {
     int32_t i, count = 0;
 
-    for (i = 0; i < world->joint_slots; i++)
-        count += world->joints[i].alive ? world->joints[i].used : 0;
+    for (i = 0; i < world->joints.slots; i++)
+        count += world->joints.all[i].alive ? world->joints.all[i].used : 0;
     return count;
 }
 
@@ -368,26 +369,26 @@ int32_t perp__count_joint_rows(const perp_world *world)
 
 void perp__join_joined(perp_world *world)
 {
-    for (int32_t i = 0; i < world->joint_slots; i++) {
-        const int32_t *body = world->joints[i].body;
+    for (int32_t i = 0; i < world->joints.slots; i++) {
+        const int32_t *body = world->joints.all[i].body;
 
         if (!perp__joint_works(world, i))
             continue;
-        world->roles[body[0]].jointed = world->roles[body[1]].jointed = 1;
+        world->step.roles[body[0]].jointed = world->step.roles[body[1]].jointed = 1;
         if (perp__is_dynamic(world, body[0]) && perp__is_dynamic(world, body[1]))
-            perp__join(world->parent, body[0], body[1]);
+            perp__join(world->islands.parent, body[0], body[1]);
     }
 }
 
 void perp__upset_joints(perp_world *world)
 {
-    for (int32_t i = 0; i < world->joint_slots; i++) {
-        const int32_t *body = world->joints[i].body;
+    for (int32_t i = 0; i < world->joints.slots; i++) {
+        const int32_t *body = world->joints.all[i].body;
 
         for (int32_t side = 0; side < 2 && perp__joint_works(world, i); side++)
             if (perp__is_dynamic(world, body[side]) &&
-                (world->joints[i].changed ||
-                 (world->bodies[body[1 - side]].awake && !world->roles[body[1 - side]].calm)))
-                world->roles[perp__root_of(world->parent, body[side])].calm = 0;
+                (world->joints.all[i].changed || (world->bodies.all[body[1 - side]].awake &&
+                                                  !world->step.roles[body[1 - side]].calm)))
+                world->step.roles[perp__root_of(world->islands.parent, body[side])].calm = 0;
     }
 }

@@ -7,9 +7,9 @@
  * of the path itself. What is left to do at its end is in projection.c. */
 #include "world/joints/joints.h"
 
-int32_t perp__swings(const perp_world *world, const perp__island *island)
+bool perp__swings(const perp_world *world, const perp__island *island)
 {
-    int32_t swings = island->joints > 0 && island->contacts == 0;
+    bool swings = island->joints > 0 && island->contacts == 0;
 
     for (int32_t i = 0; i < island->joints && swings; i++) {
         const perp__joint *joint = perp__island_joint(world, island, i);
@@ -32,7 +32,7 @@ perp_status perp__solve_equations(perp_world *world, const perp__island *island,
     perp__pose_island(world, island, &problem);
     perp__receive(world, &answer);
     problem.warm = NULL;
-    status = perp__coloured_step(&world->coloured, &answer, NULL, &problem, &passes);
+    status = perp__coloured_step(&world->solve.coloured, &answer, NULL, &problem, &passes);
     if (residual)
         *residual = status == PERP_OK ? answer.tested : INFINITY;
     return status;
@@ -40,7 +40,7 @@ perp_status perp__solve_equations(perp_world *world, const perp__island *island,
 
 /* x := y with angular velocities as bodies see them that turn along their paths, or back. */
 static void turn_numbers(perp_world *world, const perp__island *island, double *x, const double *y,
-                         int32_t back)
+                         bool back)
 {
     const int32_t n = world->dof;
 
@@ -49,9 +49,9 @@ static void turn_numbers(perp_world *world, const perp__island *island, double *
 
         perp__twist_of(world, y + n * i, twist);
         if (back)
-            perp__apply_transposed3(seen, world->work.paths[i].turn, twist + 3);
+            perp__apply_transposed3(seen, world->solve.work.paths[i].turn, twist + 3);
         else
-            perp__apply3(seen, world->work.paths[i].turn, twist + 3);
+            perp__apply3(seen, world->solve.work.paths[i].turn, twist + 3);
         perp__copy3(twist + 3, seen);
         perp__coordinates_of(world, twist, x + n * i);
     }
@@ -59,7 +59,7 @@ static void turn_numbers(perp_world *world, const perp__island *island, double *
 
 void perp__mean_of_ends(perp_world *world, const perp__island *island)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
 
     turn_numbers(world, island, work->moving, work->v, 1);
     for (int32_t i = 0; i < world->dof * island->bodies; i++)
@@ -71,8 +71,8 @@ void perp__mean_of_ends(perp_world *world, const perp__island *island)
 static void check_equations(perp_world *world, const perp__island *island, double tested,
                             perp__verdict *verdict)
 {
-    perp__island_work *work = &world->work;
-    int32_t still = work->carriers == 0;
+    perp__island_work *work = &world->solve.work;
+    bool still = work->carriers == 0;
     const perp__evidence evidence = {
         .sound = 1, .tested = tested, .own_residual = tested, .backward = tested};
 
@@ -92,7 +92,7 @@ static void check_equations(perp_world *world, const perp__island *island, doubl
 
 perp_status perp__swing(perp_world *world, const perp__island *island, perp__verdict *verdict)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     double tested;
     perp_status status;
 
@@ -111,7 +111,7 @@ perp_status perp__swing(perp_world *world, const perp__island *island, perp__ver
 void perp__end_swing(perp_world *world, const perp__island *island, double t,
                      perp__verdict *verdict)
 {
-    double *v = world->work.v;
+    double *v = world->solve.work.v;
 
     verdict->swings = 1;
     turn_numbers(world, island, v, v, 1);
@@ -136,7 +136,7 @@ static double most_of(const perp__rigid_rows *rows)
 static void swap_rows(perp_world *world, int32_t count)
 {
     for (int32_t i = 0; i < count; i++) {
-        perp__rigid_rows *rows = &world->work.rows[i];
+        perp__rigid_rows *rows = &world->solve.work.rows[i];
         const perp__rigid_rows last = *rows;
 
         for (int32_t k = 0; k < 2 && rows->bounded; k++) {
@@ -151,13 +151,13 @@ static void swap_rows(perp_world *world, int32_t count)
  * their ends the others are. */
 static void hold_joint(perp_world *world, int32_t from, int32_t end, int32_t held)
 {
-    perp__island_work *work = &world->work;
-    const int32_t turned = work->joint_units[held].slot == PERP__SLOT_UPPER;
+    perp__island_work *work = &world->solve.work;
+    const bool turned = work->joint_units[held].slot == PERP__SLOT_UPPER;
     const double bias = work->rows[held].bias[0];
 
     for (int32_t i = from; i < end; i++) {
         perp__rigid_rows *rows = &work->rows[i];
-        const int32_t same = (work->joint_units[i].slot == PERP__SLOT_UPPER) == turned;
+        const bool same = (work->joint_units[i].slot == PERP__SLOT_UPPER) == turned;
         const double u = rows->bias[0] - (same ? bias : -bias);
 
         rows->dim = i == held;
@@ -169,7 +169,7 @@ static void hold_joint(perp_world *world, int32_t from, int32_t end, int32_t hel
 /* The rows that were equations last, of each joint the first one. */
 static void begin_joint(perp_world *world, int32_t from, int32_t end)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     int32_t held = -1;
 
     for (int32_t i = end - 1; i >= from; i--) {
@@ -190,7 +190,7 @@ static void begin_joint(perp_world *world, int32_t from, int32_t end)
 static int32_t exchange_joint(perp_world *world, const perp__island *island, int32_t from,
                               int32_t end, double tol)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
 
     for (int32_t i = from; i < end; i++) {
         perp__rigid_rows *rows = &work->rows[i];
@@ -212,10 +212,10 @@ static int32_t exchange_joint(perp_world *world, const perp__island *island, int
 }
 
 /* Joints that begin, or make exchanges: of these at most so many. Returns how many did. */
-static int32_t exchange(perp_world *world, const perp__island *island, int32_t count,
-                        int32_t begins, int32_t most, double tol)
+static int32_t exchange(perp_world *world, const perp__island *island, int32_t count, bool begins,
+                        int32_t most, double tol)
 {
-    const perp__joint_unit *units = world->work.joint_units;
+    const perp__joint_unit *units = world->solve.work.joint_units;
     int32_t wrong = 0;
 
     for (int32_t from = 0, end = 1; from < count && wrong < most; from = end++) {
@@ -231,12 +231,12 @@ static int32_t exchange(perp_world *world, const perp__island *island, int32_t c
 
 /* The velocities `base`, with the impulses of rows at their bounds, which pull with all they may.
  * Returns whether there are any. */
-static int32_t push_by_bounds(perp_world *world, const perp__island *island, const double *base,
-                              int32_t count)
+static bool push_by_bounds(perp_world *world, const perp__island *island, const double *base,
+                           int32_t count)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     const int32_t n = world->dof;
-    int32_t pushed = 0;
+    bool pushed = 0;
 
     memcpy(work->free, base, (size_t)(n * island->bodies) * sizeof *base);
     for (int32_t i = 0; i < 2 * count; i++) {
@@ -263,7 +263,7 @@ static int32_t push_by_bounds(perp_world *world, const perp__island *island, con
 /* Units as they were, with the impulses that were found. */
 static void end_exchanges(perp_world *world, int32_t count)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
 
     for (int32_t i = 0; i < count; i++) {
         perp__rigid_rows *rows = &work->rows[i];
@@ -286,7 +286,7 @@ static void end_exchanges(perp_world *world, int32_t count)
 perp_status perp__solve_bounds(perp_world *world, const perp__island *island,
                                perp__verdict *verdict, int32_t *found)
 {
-    perp__island_work *work = &world->work;
+    perp__island_work *work = &world->solve.work;
     const int32_t count = work->inequalities;
     const double tol = perp__exact_tol(world);
     const size_t numbers = (size_t)(world->dof * island->bodies);

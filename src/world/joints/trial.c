@@ -35,15 +35,16 @@
 /* At a time t after the interval at hand began. */
 static void pose_along(const perp_world *world, int32_t body, double t, perp__placement *pose)
 {
-    const perp__motion *motion = &world->motions[body];
-    const int32_t moves = perp__is_dynamic(world, body);
-    perp__state state = world->states[body];
+    const perp__motion *motion = &world->step.motions[body];
+    const bool moves = perp__is_dynamic(world, body);
+    perp__state state = world->bodies.states[body];
     double drift[6] = {0.0}, turn[3];
 
     if (moves)
-        perp__twist_of(world, world->work.drift + world->dof * world->roles[body].local, drift);
+        perp__twist_of(world, world->solve.work.drift + world->dof * world->step.roles[body].local,
+                       drift);
     else
-        t += world->work.gone;
+        t += world->solve.work.gone;
     perp__add3(state.position, 1.0, drift);
     perp__add3(state.position, t, motion->trial);
     for (int32_t k = 0; k < 3; k++)
@@ -73,10 +74,10 @@ void perp__common_turn(double *turn, const double *a, const double *b)
  * where a does not show beside 1 its first two terms are all. */
 static void path_along(const perp_world *world, int32_t body, double t, perp__path *path)
 {
-    const double *spin = world->motions[body].trial + 3;
+    const double *spin = world->step.motions[body].trial + 3;
     const double u[3] = {t * spin[0], t * spin[1], t * spin[2]};
     const double a = perp__length3(u), s = sin(0.5 * a) / a;
-    const int32_t small = a < 0x1p-27;
+    const bool small = a < 0x1p-27;
     const double first = small ? 0.5 : 2.0 * s * s;
     const double second = small ? 0.0 : (a - sin(a)) / a / a / a;
 
@@ -87,7 +88,7 @@ static void path_along(const perp_world *world, int32_t body, double t, perp__pa
     memcpy(path->turn, path->mean, sizeof path->turn);
     memcpy(path->half, path->mean, sizeof path->half);
     path->stays = 1;
-    if (t == 0.0 || (perp__is_zero3(spin) && perp__is_zero3(world->motions[body].trial)))
+    if (t == 0.0 || (perp__is_zero3(spin) && perp__is_zero3(world->step.motions[body].trial)))
         return;
     path->stays = 0;
     pose_along(world, body, 0.0, &path->from);
@@ -106,10 +107,11 @@ static void path_along(const perp_world *world, int32_t body, double t, perp__pa
 
 void perp__twist_now(const perp_world *world, int32_t body, double *twist)
 {
-    const perp__motion *motion = &world->motions[body];
+    const perp__motion *motion = &world->step.motions[body];
 
     if (perp__is_dynamic(world, body))
-        perp__twist_of(world, world->work.now + world->dof * world->roles[body].local, twist);
+        perp__twist_of(world, world->solve.work.now + world->dof * world->step.roles[body].local,
+                       twist);
     else
         memcpy(twist, motion->start, sizeof motion->start);
 }
@@ -118,9 +120,9 @@ void perp__twist_now(const perp_world *world, int32_t body, double *twist)
  * what they add in a step: I (W1 - W0) = t (mean torque - Wm x I Wm), seen from the end. */
 static void turn_mass(perp_world *world, int32_t body, double t)
 {
-    const perp__body *of = &world->bodies[body];
-    const int32_t n = world->dof, i = world->roles[body].local;
-    perp__island_work *work = &world->work;
+    const perp__body *of = &world->bodies.all[body];
+    const int32_t n = world->dof, i = world->step.roles[body].local;
+    perp__island_work *work = &world->solve.work;
     const perp__path *path = &work->paths[i];
     double now[6], gain[6], W[3], torque[3], momentum[3], push[3], seen[3];
 
@@ -130,10 +132,10 @@ static void turn_mass(perp_world *world, int32_t body, double t)
         return;
     perp__twist_now(world, body, now);
     perp__twist_of(world, work->gain + n * i, gain);
-    perp__apply_transposed3(W, path->from.rotation, world->motions[body].trial + 3);
+    perp__apply_transposed3(W, path->from.rotation, world->step.motions[body].trial + 3);
     perp__apply3(momentum, of->inertia, W);
     perp__cross(push, momentum, W);
-    perp__apply3(seen, path->mean, world->states[body].torque);
+    perp__apply3(seen, path->mean, world->bodies.states[body].torque);
     perp__apply_transposed3(torque, path->to.rotation, seen);
     perp__add3(push, 1.0, torque);
     perp__apply3(W, of->inverse_inertia, push);
@@ -145,8 +147,8 @@ static void turn_mass(perp_world *world, int32_t body, double t)
 }
 
 /* A joint that has limits, but for its equations, at a time along the trial motion. */
-static int32_t view_there(const perp_world *world, const perp__joint *joint, double t,
-                          perp__joint_view *view)
+static bool view_there(const perp_world *world, const perp__joint *joint, double t,
+                       perp__joint_view *view)
 {
     const perp__joint_state *state = perp__state_of(world, joint);
     perp__placement places[2];
@@ -162,7 +164,7 @@ static int32_t view_there(const perp_world *world, const perp__joint *joint, dou
 void perp__find_paths(perp_world *world, const perp__island *island, double t)
 {
     for (int32_t i = 0; i < island->bodies && island->joints > 0; i++)
-        path_along(world, world->work.members[i], t, &world->work.paths[i]);
+        path_along(world, world->solve.work.members[i], t, &world->solve.work.paths[i]);
 }
 
 /* How the anchors of a joint part, and at which rate, as A sees it as the interval begins. */
@@ -197,8 +199,8 @@ static void view_beside_contacts(const perp_world *world, perp__joint *joint,
     perp__placement there[2];
 
     find_parting(world, joint, paths, d, rate);
-    perp__common_turn(common, world->motions[joint->body[0]].trial + 3,
-                      world->motions[joint->body[1]].trial + 3);
+    perp__common_turn(common, world->step.motions[joint->body[0]].trial + 3,
+                      world->step.motions[joint->body[1]].trial + 3);
     for (int32_t k = 1; k < 3; k++) {
         perp__joint_view *view = k == 1 ? &joint->middle : end;
 
@@ -242,9 +244,9 @@ static void view_beside_contacts(const perp_world *world, perp__joint *joint,
 }
 
 /* Whether the trial motion is that before the step. */
-static int32_t goes_on(const perp_world *world, int32_t body)
+static bool goes_on(const perp_world *world, int32_t body)
 {
-    const perp__motion *motion = &world->motions[body];
+    const perp__motion *motion = &world->step.motions[body];
 
     return !memcmp(motion->trial, motion->start, sizeof motion->start) &&
            !memcmp(motion->last, motion->start, sizeof motion->start);
@@ -252,14 +254,14 @@ static int32_t goes_on(const perp_world *world, int32_t body)
 
 void perp__place_joints(perp_world *world, const perp__island *island, double t)
 {
-    const int32_t swings = perp__swings(world, island) && world->work.carriers == 0;
-    const int32_t whole = t == world->step_length && world->work.gone == 0.0 && !swings;
+    const bool swings = perp__swings(world, island) && world->solve.work.carriers == 0;
+    const bool whole = t == world->step.length && world->solve.work.gone == 0.0 && !swings;
     const int32_t beside = island->contacts > 0 ? 2 : 1;
 
-    world->work.span = t;
+    world->solve.work.span = t;
     perp__find_paths(world, island, t);
     for (int32_t i = 0; i < island->bodies && island->joints > 0; i++)
-        turn_mass(world, world->work.members[i], t);
+        turn_mass(world, world->solve.work.members[i], t);
     for (int32_t i = 0; i < island->joints; i++) {
         perp__joint *joint = perp__island_joint(world, island, i);
         const perp__path *paths[2];
@@ -279,7 +281,7 @@ void perp__place_joints(perp_world *world, const perp__island *island, double t)
 
             paths[side] = &told[side];
             if (perp__is_dynamic(world, body))
-                paths[side] = &world->work.paths[world->roles[body].local];
+                paths[side] = &world->solve.work.paths[world->step.roles[body].local];
             else
                 path_along(world, body, t, &told[side]);
         }
@@ -305,7 +307,7 @@ void perp__place_joints(perp_world *world, const perp__island *island, double t)
             double turning = 0.0, terms = 0.0;
 
             for (int32_t k = 0; k < 12 && (row < end.count || row == PERP__JOINT_ROWS); k++) {
-                const double *last = world->motions[joint->body[k / 6]].last;
+                const double *last = world->step.motions[joint->body[k / 6]].last;
                 const double now = joint->middle.rows[row][k / 6][k % 6];
 
                 turning += (end.rows[row][k / 6][k % 6] - now) * last[k % 6];
@@ -320,25 +322,26 @@ void perp__place_joints(perp_world *world, const perp__island *island, double t)
  * than is linear: than half-way, and where contacts are frozen as they were than at first. */
 static double turn_of(const perp_world *world, const perp__island *island)
 {
-    const int32_t swings = perp__swings(world, island);
+    const bool swings = perp__swings(world, island);
     double largest = 0.0;
 
     for (int32_t k = 0; k < 2 * island->joints; k++) {
         const perp__joint *joint = perp__island_joint(world, island, k / 2);
         const int32_t body = joint->body[k % 2];
-        const double *arm = joint->middle.arms[k % 2], *last = world->motions[body].last;
+        const double *arm = joint->middle.arms[k % 2], *last = world->step.motions[body].last;
         const double spin = perp__length3(last + 3);
         const perp__path *path;
         double seen[3];
 
         if (!perp__is_dynamic(world, body) || spin == 0.0 || perp__is_zero3(arm))
             continue;
-        path = &world->work.paths[world->roles[body].local];
+        path = &world->solve.work.paths[world->step.roles[body].local];
         perp__apply3(seen, swings ? path->mean : path->turn, arm);
         perp__add3(seen, -1.0, arm);
-        perp__raise_to(&largest, perp__length3(seen) * spin /
-                                     (perp__length3(last) +
-                                      (world->bodies[body].radius + perp__length3(arm)) * spin));
+        perp__raise_to(&largest,
+                       perp__length3(seen) * spin /
+                           (perp__length3(last) +
+                            (world->bodies.all[body].radius + perp__length3(arm)) * spin));
     }
     return largest;
 }
@@ -356,14 +359,14 @@ void perp__aim_joints(perp_world *world, const perp__island *island)
     for (int32_t i = 0; i < island->bodies && island->joints > 0; i++) {
         perp__motion *motion = perp__island_motion(world, island, i);
 
-        perp__twist_now(world, world->work.members[i], motion->trial);
+        perp__twist_now(world, world->solve.work.members[i], motion->trial);
         memcpy(motion->last, motion->trial, sizeof motion->last);
     }
 }
 
-void perp__begin_joints(perp_world *world, const perp__island *island, double h, int32_t known)
+void perp__begin_joints(perp_world *world, const perp__island *island, double h, bool known)
 {
-    world->work.length = h;
+    world->solve.work.length = h;
     for (int32_t i = 0; i < island->bodies; i++) {
         perp__motion *motion = perp__island_motion(world, island, i);
 
@@ -376,7 +379,7 @@ void perp__find_limits(perp_world *world, const perp__island *island, double ahe
 {
     for (int32_t i = 0; i < island->joints; i++) {
         perp__joint *joint = perp__island_joint(world, island, i);
-        const int32_t turns = joint->kind == PERP_JOINT_REVOLUTE || joint->kind == PERP_JOINT_SCREW;
+        const bool turns = joint->kind == PERP_JOINT_REVOLUTE || joint->kind == PERP_JOINT_SCREW;
         double rate = 0.0, terms = 0.0, rounding;
         perp__joint_view view;
 
@@ -450,7 +453,8 @@ static void leave_out(double *y, const double *x, int32_t m, int32_t n)
 static void choose_trial(const perp_world *world, const perp__island *island, int32_t round)
 {
     const int32_t n = PERP__TRIED * island->bodies, six = 6 * island->bodies;
-    double *first = world->work.tried, *now = first + (size_t)round * (size_t)n, *next = now + n;
+    double *first = world->solve.work.tried, *now = first + (size_t)round * (size_t)n,
+           *next = now + n;
     double *last = now - n, whole;
 
     /* 1. the round before becomes what it differs by from this one */
@@ -476,10 +480,10 @@ static void choose_trial(const perp_world *world, const perp__island *island, in
 static void measure_change(const perp_world *world, const perp__island *island, double t,
                            perp__rounds *rounds)
 {
-    const perp__island_work *work = &world->work;
+    const perp__island_work *work = &world->solve.work;
     double *missed = work->tried + (size_t)PERP__TRIED * (size_t)(rounds->done * island->bodies);
     double *found = missed + 6 * island->bodies, common[6] = {0.0};
-    int32_t flies = perp__swings(world, island);
+    bool flies = perp__swings(world, island);
 
     /* what all bodies of an island that nothing holds take up in this round changes no row */
     for (int32_t k = 0; k < 2 * island->joints && flies; k++)
@@ -489,7 +493,7 @@ static void measure_change(const perp_world *world, const perp__island *island, 
     rounds->change = rounds->swerve = 0.0;
     for (int32_t i = 0; i < island->bodies; i++, missed += 6, found += 12) {
         perp__motion *motion = perp__island_motion(world, island, i);
-        const double radius = world->bodies[work->members[i]].radius;
+        const double radius = world->bodies.all[work->members[i]].radius;
         const double rounding = PERP__SUM_ROUNDING * t *
                                 (perp__length3(motion->trial + 3) +
                                  (radius > 0.0 ? perp__length3(motion->trial) / radius : 0.0));
@@ -515,9 +519,9 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
                          perp__rounds *rounds)
 {
     const double before = rounds->change;
-    const int32_t swings = perp__swings(world, island);
+    const bool swings = perp__swings(world, island);
     const double settled = swings ? SETTLED : perp__exact_tol(world);
-    int32_t lost;
+    bool lost;
 
     /* 1. the motion that was found is the next trial; by how much it differs */
     rounds->turn = fmax(rounds->turn, turn_of(world, island)); /* of any of the paths tried */
@@ -552,7 +556,7 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
     return rounds->coarse;
 }
 
-int32_t perp__is_rough(const perp__rounds *rounds)
+bool perp__is_rough(const perp__rounds *rounds)
 {
     return (rounds->parts && !rounds->coarse) ||
            !(rounds->turn <= FAR && (rounds->coarse ? rounds->most == 1 : rounds->swerve <= FAR));
