@@ -15,6 +15,9 @@ perp_status perp__lcp_solve_product(perp_context *context, double *z, double *w,
 /* Checks everything and fills *copy; NULL gives the defaults. *copy is untouched on failure. */
 perp_status perp__lcp_settings_read(perp_context *context, perp_lcp_settings *copy,
                                     const perp_lcp_settings *settings);
+/* copy := the caller's problem; nothing where that is NULL. products: it may be given by them. */
+perp_status perp__lcp_caller_read(perp_context *context, perp_lcp_problem *copy,
+                                  const perp_lcp_problem *problem, bool products);
 perp_status perp__lcp_create(perp_context *context, perp_lcp_solver **solver,
                              const perp_lcp_settings *settings);
 /* Whether `auto` searches the index sets of problems with up to 20 variables, where all else fails:

@@ -420,6 +420,18 @@ perp_status perp_lcp_solver_solve(perp_lcp_solver *solver, double *z, double *w,
     return PERP__HANDLE_CALL(solver, &kind, perp__lcp_solve(solver, z, w, ray, result, q, z0));
 }
 
+perp_status perp__lcp_caller_read(perp_context *context, perp_lcp_problem *copy,
+                                  const perp_lcp_problem *problem, bool products)
+{
+    const perp_status status = PERP__READ(perp_lcp_problem, context, copy, problem);
+
+    if (status == PERP_OK && copy->reserved != 0)
+        return perp__refuse(context, "problem.reserved is %d, expected 0", (int)copy->reserved);
+    if (status == PERP_OK && copy->product && !products)
+        return perp__refuse(context, "problem has a product, which perp_lcp_solve alone takes");
+    return status;
+}
+
 perp_status perp_lcp_solve(perp_context *context, double *z, double *w, double *ray,
                            perp_lcp_result *result, const perp_lcp_settings *settings,
                            const perp_lcp_problem *problem, const double *z0)
@@ -432,7 +444,7 @@ perp_status perp_lcp_solve(perp_context *context, double *z, double *w, double *
 
     if (status != PERP_OK)
         return status;
-    status = PERP__READ(perp_lcp_problem, context, &p, problem);
+    status = perp__lcp_caller_read(context, &p, problem, 1);
     if (status != PERP_OK || p.product)
         return perp__leave(context,
                            status != PERP_OK

@@ -322,9 +322,16 @@ static void test_refusals(void **state)
     perp_lcp_result result = fresh_lcp_result();
     double z[2] = {123.25, 123.25}, low[] = {0, 2}, high[] = {1, 1}, bad[] = {1, NAN};
     const double flat[] = {1, 0};
+    perp_lcp_sensitivity *sensitivity = NULL;
+    perp_lcp_sensitivity_info info;
+    perp_lcp_proof proof;
+    perp_lcp_enumeration all;
     seen s = {.problem = &p};
 
     (void)state;
+    assert_int_equal(perp_struct_init(&info, sizeof info), PERP_OK);
+    assert_int_equal(perp_struct_init(&proof, sizeof proof), PERP_OK);
+    assert_int_equal(perp_struct_init(&all, sizeof all), PERP_OK);
     gen_from_integers(&p, 2, values, offsets);
 #define CALL(z, result, n, product, diagonal, q, low, high, z0) \
     perp_lcp_solve(context, z, NULL, NULL, result, NULL,        \
@@ -336,6 +343,21 @@ static void test_refusals(void **state)
     refused(perp_lcp_solve(context, z, NULL, NULL, &result, NULL,
                            LCP(&p.view, p.q, .n = 2, .product = multiply), NULL),
             PERP_ERROR_ARGUMENT, "M and a product");
+    refused(perp_lcp_solve(context, z, NULL, NULL, &result, NULL, LCP(&p.view, p.q, .reserved = 1),
+                           NULL),
+            PERP_ERROR_ARGUMENT, "problem.reserved is 1");
+    refused(perp_lcp_solve(context, z, NULL, NULL, &result, NULL, NULL, NULL), PERP_ERROR_ARGUMENT,
+            "M is NULL");
+    refused(perp_lcp_verify(context, NULL, &proof, LCP(&p.view, p.q, .product = multiply), z),
+            PERP_ERROR_ARGUMENT, "perp_lcp_solve alone");
+    refused(perp_lcp_all(context, &all, NULL, LCP(&p.view, p.q, .product = multiply), NULL, NULL),
+            PERP_ERROR_ARGUMENT, "perp_lcp_solve alone");
+    refused(perp_lcp_sensitivity_create(context, &sensitivity, &info, NULL,
+                                        LCP(&p.view, p.q, .product = multiply), z),
+            PERP_ERROR_ARGUMENT, "perp_lcp_solve alone");
+    refused(perp_lcp_batch(context, z, NULL, NULL, NULL, NULL, 1,
+                           LCP_STACK(1, 2, flat, flat, .reserved = 1)),
+            PERP_ERROR_ARGUMENT, "problems.reserved is 1");
     refused(CALL(NULL, &result, 2, multiply, NULL, p.q, NULL, NULL, NULL), PERP_ERROR_ARGUMENT,
             "z");
     refused(CALL(z, NULL, 2, multiply, NULL, p.q, NULL, NULL, NULL), PERP_ERROR_ARGUMENT, "result");

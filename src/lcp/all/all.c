@@ -224,7 +224,7 @@ perp_status perp_lcp_all(perp_context *context, perp_lcp_enumeration *result,
     if (status != PERP_OK)
         return perp__leave(context, status);
     solver->as_given = 1;
-    status = PERP__READ(perp_lcp_problem, context, &p, problem);
+    status = perp__lcp_caller_read(context, &p, problem, 0);
     PERP__THEN(status, perp__lcp_setup(solver, p.M, p.lower, p.upper));
     PERP__THEN(status, PERP__CHECK(perp_lcp_enumeration, context, result));
     if (status == PERP_OK && solver->n > PERP__LARGEST_ALL)

@@ -150,6 +150,9 @@ static perp_status check(perp_context *context, const batch *b, const double *z,
     const perp__batch_data *data = &b->data;
     perp_status status = PERP_OK;
 
+    if (data->stack.reserved != 0)
+        return perp__refuse(context, "problems.reserved is %d, expected 0",
+                            (int)data->stack.reserved);
     if (data->stack.count < 0)
         return perp__refuse(context, "count is %lld, expected 0 or more",
                             (long long)data->stack.count);

@@ -208,7 +208,7 @@ perp_status perp_lcp_sensitivity_create(perp_context *context, perp_lcp_sensitiv
     PERP__THEN(status, perp__lcp_create(context, &made->solver, settings));
     if (status == PERP_OK)
         made->solver->as_given = 1;
-    PERP__THEN(status, PERP__READ(perp_lcp_problem, context, &p, problem));
+    PERP__THEN(status, perp__lcp_caller_read(context, &p, problem, 0));
     PERP__THEN(status, perp__lcp_setup(made->solver, p.M, p.lower, p.upper));
     if (status == PERP_OK)
         made->n = made->solver->n;

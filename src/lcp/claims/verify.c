@@ -324,7 +324,7 @@ static perp_status verify(perp__verify *v, double *radii, perp_lcp_proof *proof,
     if (status != PERP_OK)
         return status;
     v->solver->as_given = 1;
-    status = PERP__READ(perp_lcp_problem, v->context, &p, problem);
+    status = perp__lcp_caller_read(v->context, &p, problem, 0);
     PERP__THEN(status, perp__lcp_setup(v->solver, p.M, p.lower, p.upper));
     v->n = v->solver->n;
     PERP__THEN(status, perp__check_vector(v->context, "q", p.q, (size_t)v->n));
