@@ -249,40 +249,40 @@ perp_status perp__contact_find_bodies(perp_contact_solver *solver, int32_t *foun
 {
     const perp__dynamics *d = &solver->dynamics;
     perp__bodies_input input = {.n = d->n, .contacts = solver->contacts, .size = solver->size};
+    perp_status status;
 
     input.starts = solver->starts;
-    input.M = &d->M;
-    input.H = &d->H;
-    input.G = d->G.rows > 0 ? &d->G : NULL;
+    input.M = &d->M, input.H = &d->H, input.G = d->G.rows > 0 ? &d->G : NULL;
     input.compliance = solver->complies ? solver->compliance : NULL;
-    return perp__bodies_setup(&solver->bodies, &input, found);
+    status = perp__bodies_setup(&solver->bodies, &input, found);
+    return status == PERP_OK && *found ? perp__hold_fit(&solver->hold, &solver->bodies) : status;
 }
 
 /* The matrix of the methods, or the bodies, after the laws were kept. */
 static perp_status make_matrices(perp_contact_solver *solver)
 {
     const size_t size = (size_t)solver->size;
+    const bool wants_W = solver->settings.raw_velocity == 2 &&
+                         solver->size <= PERP__POLISH_START_MOST && solver->size <= 3 * solver->n;
     perp_status status = PERP_OK;
 
-    solver->complies = 0;
+    solver->complies = solver->has_bodies = 0;
     for (size_t i = 0; i < size; i++)
         solver->complies |= solver->compliance[i] > 0.0;
     /* 1. Bodies, where M falls into blocks. Small problems want W, where the caller allows it and
-     * there are no more contacts than velocities: sets of rows that depend on each other circle. */
-    solver->has_bodies = 0;
+     * there are no more contacts than velocities: sets of rows that depend on each other circle.
+     * New sizes find bodies all the same: what comes to rest later has memory (active.c). */
     if (solver->entrance == PERP__ENTRANCE_DYNAMICS && solver->dynamics.has_M &&
-        (solver->settings.raw_velocity != 2 || solver->size > PERP__POLISH_START_MOST ||
-         solver->size > 3 * solver->n))
+        (!wants_W || solver->size > solver->bodies.size || solver->n > solver->bodies.n))
         status = perp__contact_find_bodies(solver, &solver->has_bodies);
+    solver->has_bodies &= !wants_W;
     /* 2. Else W. */
-    if (status != PERP_OK)
-        return status;
     if (solver->entrance == PERP__ENTRANCE_DELASSUS)
         return solver->complies ? perp__delassus_add(&solver->delassus, solver->context, &solver->W,
                                                      solver->compliance)
                                 : PERP_OK;
     solver->dynamics.forms_W = !solver->has_bodies;
-    status = perp__dynamics_setup(&solver->dynamics);
+    PERP__THEN(status, perp__dynamics_setup(&solver->dynamics));
     if (status != PERP_OK || solver->has_bodies)
         return status;
     solver->W = (perp__matrix){solver->size, solver->size, 1, size, solver->dynamics.W, NULL, NULL};

@@ -1,4 +1,5 @@
 /* Memory: every allocation may fail, nothing is lost, and a second solve asks for none. */
+#include <float.h>
 #include <math.h>
 
 #include "suite.h"
@@ -182,6 +183,42 @@ static void test_later_solves_allocate_nothing(void **state)
     assert_int_equal(allocations, 0);
 }
 
+/* Settings that ask for W while something moves: what then comes to a near rest has blocks of M,
+ * and memory for them lies ready. A point slips on a floor that creeps by 1e-12, then sticks to it:
+ * v = -w. */
+static void test_a_late_rest_allocates_nothing(void **state)
+{
+    memory m = {0, 0, 0};
+    perp_context_settings settings = memory_settings(&m);
+    perp_contact_solver *solver;
+    perp_context *context;
+    hand_over p;
+
+    (void)state;
+    hand_make(&p, 7, 3, 1, 3, 0, 1.0);
+    for (int32_t i = 0; i < 9; i++)
+        p.M[i] = p.H[i] = i % 4 == 0;
+    p.mu[0] = 0.5;
+    p.settings.raw_velocity = 2;
+    assert_int_equal(perp_context_create(&context, &settings), PERP_OK);
+    assert_int_equal(perp_contact_solver_create(context, &solver, &p.settings), PERP_OK);
+    assert_int_equal(perp_contact_solver_setup_dynamics(solver, &p.laws, &p.dynamics), PERP_OK);
+    for (int32_t round = 0; round < 2; round++) {
+        p.f[0] = -1.0;
+        p.f[1] = round ? 0.0 : 2.0;
+        p.f[2] = p.w[0] = p.w[2] = 0.0;
+        p.w[1] = 1e-12;
+        m.calls = 0;
+        assert_int_equal(solve_again(solver, &p, NULL), PERP_OK);
+        assert_int_equal(p.result.outcome, PERP_OUTCOME_SOLVED);
+    }
+    assert_true(p.v[0] == 0.0 && fabs(p.v[1] + p.w[1]) <= DBL_EPSILON && p.u[1] == 0.0);
+    assert_int_equal(m.calls, 0);
+    perp_contact_solver_destroy(solver);
+    perp_context_destroy(context);
+    assert_int_equal(m.live, 0);
+}
+
 /* A setup that runs out of memory leaves a solver without a problem, or with the old one; never one
  * that is half made. */
 static void test_setup_step_by_step(void **state)
@@ -230,6 +267,7 @@ int main(void)
         cmocka_unit_test(test_creation),
         cmocka_unit_test(test_every_allocation_may_fail),
         cmocka_unit_test(test_later_solves_allocate_nothing),
+        cmocka_unit_test(test_a_late_rest_allocates_nothing),
         cmocka_unit_test(test_setup_step_by_step),
     };
 
