@@ -323,9 +323,9 @@ static perp_status solve(void *work, perp__contact_iterate *iterate, bool splits
 {
     perp__proximal *s = work;
     const perp__contact_problem *problem = s->common.problem;
+    int64_t sweeps = 0;
     perp_status status = perp__proximal_read(s);
 
-    iterate->outcome = PERP_OUTCOME_STALLED;
     s->splits = splits;
     s->limit = problem->iteration_limit > 0 ? problem->iteration_limit
                : splits                     ? MOST_SWEEPS
@@ -336,15 +336,18 @@ static perp_status solve(void *work, perp__contact_iterate *iterate, bool splits
     s->outcome = -1;
     iterate->residual = 0.0;
     for (int32_t p = 0; p < s->parts && status == PERP_OK; p++) {
+        s->sweeps = 0; /* a part that takes all leaves the others theirs */
         run_part(s, &s->part[p], iterate);
-        if (s->outcome >= 0 && s->outcome != PERP_OUTCOME_STALLED)
+        sweeps = s->sweeps > sweeps ? s->sweeps : sweeps;
+        if (s->outcome >= 0 && s->outcome != PERP_OUTCOME_STALLED &&
+            s->outcome != PERP_OUTCOME_ITERATION_LIMIT)
             break;
     }
-    iterate->iterations = splits ? s->sweeps : s->factorisations;
-    if (s->outcome >= 0)
-        iterate->outcome = s->outcome;
-    else if (iterate->residual <= s->tol)
-        iterate->outcome = PERP_OUTCOME_SOLVED;
+    iterate->iterations = splits ? sweeps : s->factorisations;
+    iterate->outcome = s->outcome >= 0               ? s->outcome
+                       : iterate->residual <= s->tol ? PERP_OUTCOME_SOLVED
+                       : sweeps >= s->limit          ? PERP_OUTCOME_ITERATION_LIMIT
+                                                     : PERP_OUTCOME_STALLED;
     return status;
 }
 
@@ -360,20 +363,17 @@ static perp_status solve_admm(void *work, perp__contact_iterate *iterate)
 
 static void release(void *work)
 {
-    perp__proximal *s = work;
-
-    perp__fronts_release(&s->fronts);
+    perp__fronts_release(&((perp__proximal *)work)->fronts);
 }
 
-const perp__contact_method perp__contact_proximal = {PERP_CONTACT_METHOD_PROXIMAL,
-                                                     sizeof(perp__proximal),
-                                                     2,
-                                                     0,
-                                                     check,
-                                                     perp__proximal_layout,
-                                                     solve_proximal,
-                                                     release,
-                                                     perp__proximal_read};
+const perp__contact_method perp__contact_proximal = {.id = PERP_CONTACT_METHOD_PROXIMAL,
+                                                     .work_size = sizeof(perp__proximal),
+                                                     .attempts = 2,
+                                                     .check = check,
+                                                     .layout = perp__proximal_layout,
+                                                     .solve = solve_proximal,
+                                                     .release = release,
+                                                     .reserve = perp__proximal_read};
 
 const perp__contact_method perp__contact_admm = {.id = PERP_CONTACT_METHOD_ADMM,
                                                  .work_size = sizeof(perp__proximal),
