@@ -3,7 +3,6 @@ with MuJoCo's own functions as its stages. Python is asked where other things to
 
 from __future__ import annotations
 
-import contextlib
 import ctypes
 import functools
 import glob
@@ -313,9 +312,14 @@ class Batch:
     def _some(self) -> None:
         """What one thread makes: the next start that is left, until there is none."""
         data, stepper = mj.MjData(self._model), self._make()
-        with contextlib.suppress(queue.Empty):
+        try:
             while True:
                 self._one(self._left.get_nowait(), data, stepper)
+        except queue.Empty:
+            pass
+        except BaseException:  # Ctrl-C, too: nobody begins another one
+            self._left = queue.SimpleQueue()
+            raise
 
     def _one(self, k: int, data: Any, stepper: Any) -> None:
         model = self._model

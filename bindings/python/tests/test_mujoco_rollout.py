@@ -1,12 +1,15 @@
 """perp.mujoco.rollout: the bits of single steps, at any number of threads."""
 
+import threading
+import time
+
 import numpy as np
 import pytest
 
 mujoco = pytest.importorskip("mujoco")
 
 import perp.mujoco  # noqa: E402
-from perp._mujoco_run import Runner  # noqa: E402
+from perp._mujoco_run import Batch, Runner  # noqa: E402
 
 STATE = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)
 GRAVITY = int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
@@ -230,6 +233,26 @@ def test_python_callbacks_are_called():
     finally:
         mujoco.set_mjcb_control(None)
     assert len(calls) == 20
+
+
+def test_after_an_error_others_begin_nothing_more(monkeypatch):
+    """As by Ctrl-C. The first start fails while another one is made; the others are left."""
+    begun, another = [], threading.Event()
+
+    def fails(self, k, data, stepper):
+        begun.append(k)
+        if k == 0:
+            another.wait()
+            raise KeyboardInterrupt
+        another.set()
+        time.sleep(0.02)
+
+    model = mujoco.MjModel.from_xml_string(CASES["Euler"][0])
+    state = np.zeros((50, mujoco.mj_stateSize(model, STATE)))
+    monkeypatch.setattr(Batch, "_one", fails)
+    with pytest.raises(KeyboardInterrupt):
+        perp.mujoco.rollout(model, state, np.zeros((50, 3, model.nu)), threads=2)
+    assert len(begun) < 50
 
 
 def test_the_model_is_as_it_was():
